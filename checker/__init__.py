@@ -1,0 +1,1 @@
+"""The verdicts: process terms to machines, searches and behaviours."""

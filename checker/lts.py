@@ -1,0 +1,68 @@
+"""Explicit machines: labelled transition systems in compressed sparse rows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+Int64Array = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Lts:
+    """An explicit machine.
+
+    The transitions of state ``s`` are ``labels[offsets[s]:offsets[s+1]]`` with the same slice of ``targets``,
+    ordered by (label, target) and without duplicates. States are numbered from 0 to ``len(offsets) - 2``.
+
+    Attributes:
+        offsets: shape (states + 1,), ascending.
+        labels: shape (transitions,): event identifiers of the script's event table; 0 is tau, 1 is tick.
+        targets: shape (transitions,): state numbers.
+        root: the initial state.
+    """
+
+    offsets: Int64Array
+    labels: Int64Array
+    targets: Int64Array
+    root: int = 0
+
+    @property
+    def states(self) -> int:
+        """Number of states."""
+        return len(self.offsets) - 1
+
+    @property
+    def transitions(self) -> int:
+        """Number of transitions."""
+        return len(self.labels)
+
+    def successors(self, state: int) -> Iterator[tuple[int, int]]:
+        """The (label, target) pairs of a state, in order."""
+        start, end = int(self.offsets[state]), int(self.offsets[state + 1])
+        return zip(self.labels[start:end].tolist(), self.targets[start:end].tolist(), strict=True)
+
+    def alphabet(self) -> tuple[int, ...]:
+        """The labels that occur, ascending."""
+        return tuple(int(label) for label in np.unique(self.labels))
+
+    @classmethod
+    def from_successors(cls, rows: Sequence[Iterable[tuple[int, int]]], root: int = 0) -> Lts:
+        """The machine whose state ``s`` has the (label, target) pairs ``rows[s]``."""
+        offsets = [0]
+        labels: list[int] = []
+        targets: list[int] = []
+        for row in rows:
+            for label, target in sorted(set(row)):
+                labels.append(label)
+                targets.append(target)
+            offsets.append(len(labels))
+        return cls(
+            np.asarray(offsets, dtype=np.int64),
+            np.asarray(labels, dtype=np.int64),
+            np.asarray(targets, dtype=np.int64),
+            root,
+        )

@@ -1,0 +1,100 @@
+"""Verdicts and the behaviours that justify them: plain values, event names as text, ready to be rendered."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Literal
+
+
+class Verdict(StrEnum):
+    """``pass`` and ``fail`` are said of completed searches and proofs only; all else is ``unknown``."""
+
+    PASS = "pass"
+    FAIL = "fail"
+    UNKNOWN = "unknown"
+    ERROR = "error"
+
+
+CounterexampleKind = Literal["trace", "refusal", "deadlock", "divergence", "nondeterminism", "obligation"]
+
+
+@dataclass(frozen=True, slots=True)
+class ComponentBehaviour:
+    """What one component did and can do.
+
+    Attributes:
+        name: its name in the script.
+        trace: aligned with the counterexample's trace; None where it took no part.
+        state: its state at the end, as a process expression.
+        line: line of its definition, from 1, or None.
+        offers: events it can perform on its own account at the end.
+        waiting_for: names of the components that an offered event needs and that do not offer it.
+    """
+
+    name: str
+    trace: tuple[str | None, ...]
+    state: str
+    line: int | None
+    offers: tuple[str, ...]
+    waiting_for: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Counterexample:
+    """A behaviour that refutes an assertion.
+
+    Attributes:
+        kind: what is wrong at the end of ``trace``.
+        trace: event names from the initial state, taus included as ``tau``.
+        causes: aligned with ``trace``: for a hidden event the event it was (``mid.0``), else None.
+        event: the event that is not allowed (kind ``trace``) or both possible and refusable (``nondeterminism``).
+        refusal: what is refused at the end (kinds ``refusal``, ``deadlock``), or None.
+        allowed: the acceptances that the specification allows there, or the events, or None.
+        loop: the cycle of taus (kind ``divergence``) by their causes (``tau`` where there is none).
+        components: the parts of the composition.
+        specification_trace: for refinements the visible events of ``trace`` as the specification performs them.
+        values: named values (kind ``obligation``).
+    """
+
+    kind: CounterexampleKind
+    trace: tuple[str, ...]
+    causes: tuple[str | None, ...] = ()
+    event: str | None = None
+    refusal: tuple[str, ...] | None = None
+    allowed: tuple[tuple[str, ...], ...] | None = None
+    loop: tuple[str, ...] | None = None
+    components: tuple[ComponentBehaviour, ...] = ()
+    specification_trace: tuple[str, ...] | None = None
+    values: dict[str, str] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """The answer to one assertion.
+
+    Attributes:
+        verdict: of the assertion as written (``not`` applied).
+        reason: why ``unknown`` or ``error``: one sentence, with what was covered.
+        states, transitions: explored (for a refinement, pairs and their transitions).
+        seconds: wall time that this assertion took.
+        peak_memory_bytes: the engine's arrays at their largest, as far as this assertion needed them.
+        counterexample: the behaviour that was found; for ``not`` the one that makes it pass.
+    """
+
+    verdict: Verdict
+    reason: str | None
+    states: int
+    transitions: int
+    seconds: float
+    peak_memory_bytes: int
+    counterexample: Counterexample | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """Where a search gives up. None: no limit."""
+
+    states: int | None = None
+    seconds: float | None = None
+    memory_bytes: int | None = None

@@ -1,0 +1,1 @@
+"""The workshop: a checked design becomes runnable tasks and channels."""

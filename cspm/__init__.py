@@ -1,0 +1,1 @@
+"""The language: text to syntax, names, types, values and process terms."""

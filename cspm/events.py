@@ -1,0 +1,249 @@
+"""Events as integers, and sets of events as ranges of integers.
+
+Each channel owns a contiguous range of identifiers in the order of declaration; within it the events are
+ordered by their fields, the first field slowest (mixed radix). So ``{| c |}`` is one range however many events
+it has, and comparing identifiers is comparing events in the order of declaration.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+TAU = 0
+"""The internal action."""
+TICK = 1
+"""Successful termination."""
+FIRST_EVENT = 2
+"""The first identifier that a channel can own."""
+UNBOUNDED = 1 << 62
+"""Channels with an infinite field own identifiers from here on, given out as their events are met."""
+
+
+class FieldDomain:
+    """The finite, ordered set of values that one field of a channel can carry."""
+
+    __slots__ = ("_index", "values")
+
+    def __init__(self, values: Sequence[Hashable]) -> None:
+        self.values = tuple(values)
+        self._index = {value: i for i, value in enumerate(self.values)}
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __contains__(self, value: Hashable) -> bool:
+        return value in self._index
+
+    def index(self, value: Hashable) -> int:
+        """Position of *value*. Raises KeyError if it is not of the domain."""
+        return self._index[value]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Channel:
+    """A declared channel: its name, the domains of its fields (None: infinite) and its range of identifiers."""
+
+    name: str
+    order: int
+    domains: tuple[FieldDomain | None, ...]
+    base: int
+    size: int | None
+
+    @property
+    def arity(self) -> int:
+        """How many fields an event of this channel has."""
+        return len(self.domains)
+
+
+class EventTable:
+    """All events of one script. ``show`` prints a field's value the way the language writes it."""
+
+    def __init__(self, show: Callable[[Hashable], str] = str) -> None:
+        self._show = show
+        self._channels: list[Channel] = []
+        self._bases: list[int] = []
+        self._owners: list[Channel] = []
+        self._next = FIRST_EVENT
+        self._unbounded: dict[tuple[Channel, tuple[Hashable, ...]], int] = {}
+        self._unbounded_events: list[tuple[Channel, tuple[Hashable, ...]]] = []
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """The channels in the order of declaration."""
+        return tuple(self._channels)
+
+    def declare(self, name: str, domains: Sequence[FieldDomain | None] = ()) -> Channel:
+        """Add a channel; a domain of None is an infinite field."""
+        finite = all(d is not None for d in domains)
+        size: int | None = None
+        if finite:
+            size = 1
+            for domain in domains:
+                assert domain is not None
+                size *= len(domain)
+        channel = Channel(name, len(self._channels), tuple(domains), self._next, size)
+        self._channels.append(channel)
+        if size:
+            self._bases.append(self._next)
+            self._owners.append(channel)
+            self._next += size
+        return channel
+
+    def event(self, channel: Channel, fields: Sequence[Hashable] = ()) -> int:
+        """Identifier of a complete event. Raises KeyError if a value is outside its field's domain."""
+        if len(fields) != channel.arity:
+            raise ValueError(f"{channel.name} has {channel.arity} fields, not {len(fields)}")
+        if channel.size is None:
+            for domain, value in zip(channel.domains, fields, strict=True):
+                if domain is not None:
+                    domain.index(value)
+            key = (channel, tuple(fields))
+            number = self._unbounded.get(key)
+            if number is None:
+                number = UNBOUNDED + len(self._unbounded_events)
+                self._unbounded[key] = number
+                self._unbounded_events.append(key)
+            return number
+        rank = 0
+        for domain, value in zip(channel.domains, fields, strict=True):
+            assert domain is not None
+            rank = rank * len(domain) + domain.index(value)
+        return channel.base + rank
+
+    def completions(self, channel: Channel, fields: Sequence[Hashable] = ()) -> range:
+        """Identifiers of all events of *channel* that start with *fields*.
+
+        Raises:
+            KeyError: a value is outside its field's domain.
+            OverflowError: the channel has an infinite field.
+        """
+        if channel.size is None:
+            raise OverflowError(channel.name)
+        rank, width = 0, 1
+        for i, domain in enumerate(channel.domains):
+            assert domain is not None
+            if i < len(fields):
+                rank = rank * len(domain) + domain.index(fields[i])
+            else:
+                width *= len(domain)
+        start = channel.base + rank * width
+        return range(start, start + width)
+
+    def parts(self, event: int) -> tuple[Channel, tuple[Hashable, ...]]:
+        """Channel and field values of a visible event."""
+        if event >= UNBOUNDED:
+            return self._unbounded_events[event - UNBOUNDED]
+        channel = self._owners[bisect_right(self._bases, event) - 1]
+        rank = event - channel.base
+        fields: list[Hashable] = []
+        for domain in reversed(channel.domains):
+            assert domain is not None
+            rank, position = divmod(rank, len(domain))
+            fields.append(domain.values[position])
+        return channel, tuple(reversed(fields))
+
+    def name(self, event: int) -> str:
+        """The event as the language writes it; ``tau`` and ``tick`` are those words."""
+        if event == TAU:
+            return "tau"
+        if event == TICK:
+            return "tick"
+        channel, fields = self.parts(event)
+        return ".".join([channel.name, *map(self._show, fields)])
+
+    def all_events(self) -> EventSet:
+        """``Events``: every event of every finite channel, and those met so far of the others."""
+        ranges = [(FIRST_EVENT, self._next)] if self._next > FIRST_EVENT else []
+        if self._unbounded_events:
+            ranges.append((UNBOUNDED, UNBOUNDED + len(self._unbounded_events)))
+        return EventSet(ranges)
+
+
+class EventSet:
+    """An immutable set of event identifiers, kept as sorted, disjoint, non-adjacent half-open ranges."""
+
+    __slots__ = ("_hash", "_starts", "ranges")
+
+    def __init__(self, ranges: Iterable[tuple[int, int]] = ()) -> None:
+        merged: list[tuple[int, int]] = []
+        for start, end in sorted(ranges):
+            if start >= end:
+                continue
+            if merged and start <= merged[-1][1]:
+                if end > merged[-1][1]:
+                    merged[-1] = (merged[-1][0], end)
+            else:
+                merged.append((start, end))
+        self.ranges = tuple(merged)
+        self._starts = [start for start, _ in merged]
+        self._hash = hash(self.ranges)
+
+    @classmethod
+    def of(cls, events: Iterable[int]) -> EventSet:
+        """The set of the given identifiers."""
+        return cls((e, e + 1) for e in events)
+
+    def __contains__(self, event: int) -> bool:
+        i = bisect_right(self._starts, event) - 1
+        return i >= 0 and event < self.ranges[i][1]
+
+    def __iter__(self) -> Iterator[int]:
+        for start, end in self.ranges:
+            yield from range(start, end)
+
+    def __len__(self) -> int:
+        return sum(end - start for start, end in self.ranges)
+
+    def __bool__(self) -> bool:
+        return bool(self.ranges)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, EventSet) and self.ranges == other.ranges
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    def __or__(self, other: EventSet) -> EventSet:
+        return EventSet(self.ranges + other.ranges)
+
+    def __and__(self, other: EventSet) -> EventSet:
+        result: list[tuple[int, int]] = []
+        i = j = 0
+        while i < len(self.ranges) and j < len(other.ranges):
+            start = max(self.ranges[i][0], other.ranges[j][0])
+            end = min(self.ranges[i][1], other.ranges[j][1])
+            if start < end:
+                result.append((start, end))
+            if self.ranges[i][1] < other.ranges[j][1]:
+                i += 1
+            else:
+                j += 1
+        return EventSet(result)
+
+    def __sub__(self, other: EventSet) -> EventSet:
+        result: list[tuple[int, int]] = []
+        j = 0
+        for start, end in self.ranges:
+            while j < len(other.ranges) and other.ranges[j][1] <= start:
+                j += 1
+            k = j
+            while k < len(other.ranges) and other.ranges[k][0] < end:
+                if other.ranges[k][0] > start:
+                    result.append((start, other.ranges[k][0]))
+                start = max(start, other.ranges[k][1])
+                k += 1
+            if start < end:
+                result.append((start, end))
+        return EventSet(result)
+
+    def __le__(self, other: EventSet) -> bool:
+        return not (self - other)
+
+    def isdisjoint(self, other: EventSet) -> bool:
+        """Whether the two sets have no event in common."""
+        return not (self & other)
+
+    def __repr__(self) -> str:
+        return f"EventSet({list(self.ranges)})"

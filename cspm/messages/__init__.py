@@ -1,0 +1,1 @@
+"""Builders of diagnostics, one module a phase."""
