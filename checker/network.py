@@ -44,7 +44,8 @@ class Switch:
         format: the format afterwards.
         cleared: slots that are in use before and not afterwards (participants among them included); they are set
             to local state 0, so that equal states are equal words.
-        started: (slot, local state) of slots that are not in use before and are afterwards.
+        started: (slot, local state) of slots that are not in use before and are afterwards. A slot that is used
+            anew is in both: clearing comes first.
     """
 
     format: int

@@ -49,12 +49,17 @@ class Counterexample:
         trace: event names from the initial state, taus included as ``tau``.
         causes: aligned with ``trace``: for a hidden event the event it was (``mid.0``), else None.
         event: the event that is not allowed (kind ``trace``) or both possible and refusable (``nondeterminism``).
-        refusal: what is refused at the end (kinds ``refusal``, ``deadlock``), or None.
+        refusal: what is refused at the end (kinds ``refusal``, ``deadlock``, ``nondeterminism``), or None. For a
+            refinement: the events of the specification's acceptances that the state does not offer.
         allowed: the acceptances that the specification allows there, or the events, or None.
         loop: the cycle of taus (kind ``divergence``) by their causes (``tau`` where there is none).
         components: the parts of the composition.
         specification_trace: for refinements the visible events of ``trace`` as the specification performs them.
         values: named values (kind ``obligation``).
+        waiting_cycle: for a deadlock, names of components each of which waits for the next, the last for the first;
+            None where there is no such cycle.
+        alternative: for nondeterminism, another run with the visible events of ``trace`` and then ``event``, which
+            the run of ``trace`` ends by refusing.
     """
 
     kind: CounterexampleKind
@@ -67,6 +72,8 @@ class Counterexample:
     components: tuple[ComponentBehaviour, ...] = ()
     specification_trace: tuple[str, ...] | None = None
     values: dict[str, str] | None = None
+    waiting_cycle: tuple[str, ...] | None = None
+    alternative: tuple[str, ...] | None = None
 
 
 @dataclass(frozen=True, slots=True)

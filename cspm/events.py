@@ -27,7 +27,7 @@ class FieldDomain:
     __slots__ = ("_index", "values")
 
     def __init__(self, values: Sequence[Hashable]) -> None:
-        self.values = tuple(values)
+        self.values: Sequence[Hashable] = tuple(values)
         self._index = {value: i for i, value in enumerate(self.values)}
 
     def __len__(self) -> int:
@@ -39,6 +39,25 @@ class FieldDomain:
     def index(self, value: Hashable) -> int:
         """Position of *value*. Raises KeyError if it is not of the domain."""
         return self._index[value]
+
+
+class RangeDomain(FieldDomain):
+    """A field that carries consecutive integers, not written out."""
+
+    __slots__ = ()
+
+    def __init__(self, numbers: range) -> None:
+        self.values: Sequence[Hashable] = numbers
+
+    def __contains__(self, value: Hashable) -> bool:
+        return type(value) is int and value in self.values
+
+    def index(self, value: Hashable) -> int:
+        numbers = self.values
+        assert isinstance(numbers, range)
+        if type(value) is int and value in numbers:
+            return value - numbers.start
+        raise KeyError(value)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

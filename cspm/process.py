@@ -242,31 +242,38 @@ class Reference(Process):
     object. ``text`` is how a person would write it (``Buf(<1, 2>)``), ``span`` where it is defined.
     """
 
-    __slots__ = ("_body", "_evaluate", "key", "span", "text")
+    __slots__ = ("_body", "_definition", "key")
 
     key: Hashable
-    text: str
-    span: Span | None
 
     def __init__(self, key: Hashable, definition: Definition) -> None:
         object.__setattr__(self, "key", key)
-        object.__setattr__(self, "text", definition.text)
-        object.__setattr__(self, "span", definition.span)
-        object.__setattr__(self, "_evaluate", definition.evaluate)
+        object.__setattr__(self, "_definition", definition)
         object.__setattr__(self, "_body", None)
 
+    @property
+    def text(self) -> str:
+        """The name with its arguments, as a person would write it."""
+        definition: Definition = object.__getattribute__(self, "_definition")
+        return definition.text
+
+    @property
+    def span(self) -> Span | None:
+        """Where the name is defined."""
+        definition: Definition = object.__getattribute__(self, "_definition")
+        return definition.span
+
     def body(self) -> Process:
-        """The term that the name stands for (which may again be a reference).
+        """The term that the name stands for; never a reference again if the evaluator made this one.
 
         Raises:
             ScriptError: the definition cannot be evaluated.
         """
         body: Process | None = object.__getattribute__(self, "_body")
         if body is None:
-            evaluate: Callable[[], Process] = object.__getattribute__(self, "_evaluate")
-            body = evaluate()
+            definition: Definition = object.__getattribute__(self, "_definition")
+            body = definition.evaluate()
             object.__setattr__(self, "_body", body)
-            object.__setattr__(self, "_evaluate", None)
         return body
 
     def __repr__(self) -> str:
@@ -276,12 +283,20 @@ class Reference(Process):
 class Definition:
     """What a new reference needs beside its key; equal to every other so that only keys identify references."""
 
-    __slots__ = ("evaluate", "span", "text")
+    __slots__ = ("_text", "evaluate", "span")
 
-    def __init__(self, text: str, span: Span | None, evaluate: Callable[[], Process]) -> None:
-        self.text = text
+    def __init__(self, text: str | Callable[[], str], span: Span | None, evaluate: Callable[[], Process]) -> None:
+        self._text = text
         self.span = span
         self.evaluate = evaluate
+
+    @property
+    def text(self) -> str:
+        """How a person would write the reference; made when first asked for."""
+        text = self._text
+        if not isinstance(text, str):
+            text = self._text = text()
+        return text
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Definition)

@@ -1,0 +1,100 @@
+"""A process along one trace: the runs that perform just that trace, found as pairs with a specification of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from checker.behaviour import Behaviour
+from checker.context import Context, in_chunks
+from checker.lts import Int64Array
+from checker.normal_form import BoolArray, NormalForm, Semantics
+from checker.pair_search import PairExploration
+from checker.paths import Step, shortest_path
+from checker.search import Exploration
+from cspm.events import TAU, TICK, EventTable
+from cspm.process import Process
+
+
+def chain(trace: Sequence[int], model: Semantics) -> NormalForm:
+    """The specification of one trace: node ``i`` allows its ``i``-th event only and insists on nothing.
+
+    In FD everything is allowed after the trace, so that nothing there is looked at.
+    """
+    length = len(trace)
+    events = np.unique(np.array(trace, dtype=np.int64))
+    divergent = np.zeros(length + 1, dtype=np.bool_)
+    divergent[length] = model == "FD"
+    return NormalForm(
+        model,
+        events,
+        np.minimum(np.arange(length + 2), length),
+        np.searchsorted(events, np.array(trace, dtype=np.int64)).astype(np.int32),
+        np.arange(1, length + 1, dtype=np.int32),
+        divergent,
+        divergent.astype(np.int32),
+        (((),), ()),
+    )
+
+
+class Along:
+    """All states that a process can be in while it performs a trace.
+
+    Attributes:
+        process: the process.
+        events: names the events.
+        pairs: the exploration; level ``i`` holds the states after the first ``i`` events of the trace.
+    """
+
+    def __init__(self, context: Context, process: Process, trace: Sequence[int], model: Semantics) -> None:
+        self.process = process
+        self.events: EventTable = context.events
+        self.pairs: PairExploration = context.machines.pairs(
+            chain(trace, model), process, model, context.budget, full=True
+        )
+
+    def offers(self, length: int) -> Offers:
+        """What the states after that many events of the trace offer; there must be such states."""
+        return Offers(self.pairs, np.arange(self.pairs.levels[length], self.pairs.levels[length + 1]))
+
+    def path(self, goals: Int64Array) -> tuple[Step, ...]:
+        """The canonical path to one of the given pairs."""
+        return shortest_path(self.pairs, goals)
+
+    def behaviour(self, goals: Int64Array) -> Behaviour:
+        """The canonical run to one of the given pairs, to be explained."""
+        return Behaviour(self.process, self.pairs.packed, self.path(goals), self.events)
+
+
+class Offers:
+    """What each of some states can perform, and what each can be relied on to perform.
+
+    Attributes:
+        indices: the states.
+        settled: which of them have an acceptance: those that can tick (it is {tick}) and the stable ones.
+        possible: what at least one of them can perform, taus apart; ascending.
+    """
+
+    def __init__(self, exploration: Exploration, indices: Int64Array) -> None:
+        self.indices = indices
+        chunks = list(in_chunks(exploration, indices))
+        none = np.zeros(0, dtype=np.int64)
+        lengths = np.concatenate([none, *(np.diff(chunk.offsets) for chunk in chunks)])
+        self._sources = np.repeat(np.arange(len(indices)), lengths)
+        self._events = np.concatenate([none, *(chunk.events for chunk in chunks)])
+        self._ticking = self.performers(TICK)
+        self.settled = self._ticking | ~self.performers(TAU)
+        self.possible: tuple[int, ...] = tuple(np.unique(self._events[self._events != TAU]).tolist())
+
+    def performers(self, event: int) -> BoolArray:
+        """Which of the states can perform *event*."""
+        able = np.zeros(len(self.indices), dtype=np.bool_)
+        able[self._sources[self._events == event]] = True
+        return able
+
+    def refusers(self, event: int) -> BoolArray:
+        """Which of the states can refuse *event*."""
+        accepted = self._ticking if event == TICK else self.performers(event) & ~self._ticking
+        refusing: BoolArray = self.settled & ~accepted
+        return refusing

@@ -1,0 +1,120 @@
+"""What one assertion may still use, what it has used, and how a search that had to end early is described."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+from checker.verdict import Counterexample, Limits, Outcome, Verdict
+
+if TYPE_CHECKING:
+    from checker.search import Exploration
+
+
+class Incomplete(Exception):
+    """A machine that a check needs as a whole could not be explored to its end; the message says what was covered.
+
+    Attributes:
+        states, transitions: what was covered.
+    """
+
+    def __init__(self, reason: str, states: int = 0, transitions: int = 0) -> None:
+        super().__init__(reason)
+        self.reason = reason
+        self.states = states
+        self.transitions = transitions
+
+
+class Budget:
+    """The limits of one assertion, whose clock starts when this is made.
+
+    Attributes:
+        limits: as given.
+        peak_memory_bytes: the most that :meth:`used` has been told.
+    """
+
+    __slots__ = ("_started", "limits", "peak_memory_bytes")
+
+    def __init__(self, limits: Limits) -> None:
+        self.limits = limits
+        self.peak_memory_bytes = 0
+        self._started = perf_counter()
+
+    @property
+    def seconds(self) -> float:
+        """Time since the start."""
+        return perf_counter() - self._started
+
+    def remaining(self) -> Limits:
+        """The limits with the time that is left."""
+        if self.limits.seconds is None:
+            return self.limits
+        return replace(self.limits, seconds=max(0.0, self.limits.seconds - self.seconds))
+
+    def used(self, memory_bytes: int) -> None:
+        """Take note of the size of arrays that were in use at one time."""
+        self.peak_memory_bytes = max(self.peak_memory_bytes, memory_bytes)
+
+    def outcome(
+        self,
+        verdict: Verdict,
+        reason: str | None,
+        states: int,
+        transitions: int,
+        counterexample: Counterexample | None = None,
+    ) -> Outcome:
+        """The answer, with the time and the memory that it took."""
+        return Outcome(verdict, reason, states, transitions, self.seconds, self.peak_memory_bytes, counterexample)
+
+    def check_time(self, doing: str) -> None:
+        """Give up when the time is over.
+
+        Raises:
+            Incomplete: it is; *doing* is what was going on (``normalising the specification``).
+        """
+        if self.limits.seconds is not None and self.seconds > self.limits.seconds:
+            raise Incomplete(f"{_reached('seconds', self.limits)} while {doing}")
+
+    def shortfall(self, exploration: Exploration, nothing: str) -> str:
+        """Why an exploration without a result is no proof, and what it covered.
+
+        Args:
+            exploration: one that ran into a limit.
+            nothing: what would have been a result (``deadlock``); empty if it was not looked for yet.
+        """
+        among = f", no {nothing} among them" if nothing else ""
+        return f"{self.reached(exploration)}: {coverage(exploration)}{among}"
+
+    def reached(self, exploration: Exploration) -> str:
+        """The limit that ended an exploration: ``state limit of 1,000 reached``."""
+        return _reached(exploration.stop, self.limits)
+
+
+def coverage(exploration: Exploration) -> str:
+    """``1,000 states explored to depth 7``; depth counts visible events."""
+    states = int(exploration.levels[-1])
+    if states == 0:
+        return f"{exploration.found:,} states found before depth 0 was complete"
+    noun = "state" if states == 1 else "states"
+    return f"{states:,} {noun} explored to depth {exploration.depth}"
+
+
+def _reached(stop: str | None, limits: Limits) -> str:
+    if stop == "states":
+        return f"state limit of {limits.states:,} reached"
+    if stop == "seconds":
+        return f"time limit of {limits.seconds:g} s reached"
+    if stop == "memory":
+        return f"memory limit of {_bytes(limits.memory_bytes or 0)} reached"
+    raise AssertionError(f"a search without a result ended for the reason {stop}")
+
+
+def _bytes(number: int) -> str:
+    """``8 GiB``."""
+    size = float(number)
+    for unit in ("bytes", "KiB", "MiB", "GiB"):
+        if size < 1024 or unit == "GiB":
+            break
+        size /= 1024
+    return f"{size:g} {unit}" if size == int(size) else f"{size:.1f} {unit}"

@@ -1,0 +1,213 @@
+"""Answering the assertions of a script."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from checker.budget import Budget, Incomplete
+from checker.context import Context
+from checker.determinism import deterministic
+from checker.lts import Lts
+from checker.machines import KEPT_BYTES, Machines
+from checker.properties import deadlock_free, divergence_free, has_trace
+from checker.refinement import refines
+from checker.search import Progress
+from checker.transitions import UnsupportedOperator
+from checker.verdict import Limits, Outcome, Verdict
+from cspm.events import EventSet, EventTable
+from cspm.process import Prioritised, Process
+from cspm.syntax import (
+    Assertion,
+    AssertOption,
+    BooleanAssertion,
+    Expr,
+    Model,
+    NotAssertion,
+    Property,
+    PropertyKind,
+    Refinement,
+)
+
+if TYPE_CHECKING:
+    from cspm.script import Script
+
+_UNCHECKED = {
+    "V": "revivals",
+    "VD": "revivals with divergence",
+    "R": "refusal testing",
+    "RD": "refusal testing with divergence",
+}
+_DEFAULT_MODELS: dict[PropertyKind, Model] = {
+    "deadlock free": "FD",
+    "divergence free": "FD",
+    "deterministic": "FD",
+    "has trace": "T",
+}
+
+
+class Checker:
+    """Answers assertions about the processes of one script, and shares what they have in common.
+
+    Which assertions have been answered before makes no difference to an outcome, its time apart; neither does the
+    number of workers.
+
+    Args:
+        script: the loaded script.
+        limits: for each assertion; the states are those of each machine that has to be explored for it.
+        workers: threads for large searches; by default as many as there are processors.
+        full: explore the whole space of every check: nothing is merged, no search ends early.
+        progress: called a few times a second during a search.
+        notify: called with a line to be shown when kernels have to be compiled first.
+    """
+
+    def __init__(
+        self,
+        script: Script,
+        *,
+        limits: Limits = Limits(),  # noqa: B008  (immutable)
+        workers: int | None = None,
+        full: bool = False,
+        progress: Callable[[Progress], None] | None = None,
+        notify: Callable[[str], None] | None = None,
+    ) -> None:
+        self._script = script
+        self._limits = limits
+        kept = KEPT_BYTES if limits.memory_bytes is None else min(KEPT_BYTES, limits.memory_bytes // 2)
+        self._machines = Machines(
+            workers=workers or os.cpu_count() or 1,
+            full=full,
+            kept_bytes=kept,
+            progress=progress,
+            notify=notify,
+        )
+
+    def check(self, assertion: Assertion) -> Outcome:
+        """The answer to an assertion of the script.
+
+        Models that are not checked and functions that are not supported give ``unknown`` with that reason. The
+        option ``partial order reduce`` asks for a faster search and is ignored: the whole space is searched, with
+        the same verdict. ``tau priority`` gives both sides priority to tau and tick over the option's events.
+
+        Raises:
+            ScriptError: what the assertion speaks of cannot be evaluated.
+        """
+        if isinstance(assertion, NotAssertion):
+            return _inverted(self.check(assertion.inner))
+        budget = Budget(self._limits)
+        if isinstance(assertion, BooleanAssertion):
+            holds = self._script.boolean(assertion.condition)
+            return budget.outcome(Verdict.PASS if holds else Verdict.FAIL, None, 0, 0)
+        if isinstance(assertion, Refinement):
+            if assertion.model in _UNCHECKED:
+                return _unchecked(budget, assertion.model)
+            return self.check_refinement(
+                self._process(assertion.specification, assertion.options),
+                assertion.model,
+                self._process(assertion.implementation, assertion.options),
+                budget,
+            )
+        if isinstance(assertion, Property):
+            model = assertion.model or _DEFAULT_MODELS[assertion.kind]
+            if model in _UNCHECKED and assertion.kind != "divergence free":
+                return _unchecked(budget, model)
+            trace = () if assertion.trace is None else self._script.trace(assertion.trace)
+            process = self._process(assertion.process, assertion.options)
+            return self.check_property(process, assertion.kind, model, trace, budget)
+        raise TypeError(f"not an assertion: {assertion!r}")
+
+    def check_refinement(
+        self, specification: Process, model: Model, implementation: Process, budget: Budget | None = None
+    ) -> Outcome:
+        """Whether ``specification [model= implementation``, for process terms.
+
+        Args:
+            specification, model, implementation: what is claimed.
+            budget: the limits, running; by default the checker's, from now.
+        """
+        budget = budget or Budget(self._limits)
+        if model not in ("T", "F", "FD"):
+            return _unchecked(budget, model)
+        context = self._context(budget)
+        checked = model
+        return _answered(budget, lambda: refines(context, specification, checked, implementation))
+
+    def check_property(
+        self,
+        process: Process,
+        kind: PropertyKind,
+        model: Model | None = None,
+        trace: Sequence[int] = (),
+        budget: Budget | None = None,
+    ) -> Outcome:
+        """Whether a process term has a property.
+
+        Args:
+            process: the process.
+            kind: the property.
+            model: by default FD, for ``has trace`` T.
+            trace: the events for ``has trace``.
+            budget: the limits, running; by default the checker's, from now.
+        """
+        budget = budget or Budget(self._limits)
+        context = self._context(budget)
+        model = model or _DEFAULT_MODELS[kind]
+        if kind == "divergence free":
+            return _answered(budget, lambda: divergence_free(context, process))
+        if model not in ("T", "F", "FD"):
+            return _unchecked(budget, model)
+        if kind == "has trace":
+            semantics = model
+            return _answered(budget, lambda: has_trace(context, process, trace, semantics))
+        if model == "T":
+            reason = f"`{kind}` is not a property of traces: use [F] or [FD]"
+            return budget.outcome(Verdict.UNKNOWN, reason, 0, 0)
+        failures = model
+        check = deadlock_free if kind == "deadlock free" else deterministic
+        return _answered(budget, lambda: check(context, process, failures))
+
+    def lts(self, process: Process) -> Lts:
+        """The explicit machine of a process, all its states in the order of discovery.
+
+        Raises:
+            Incomplete: a limit was reached.
+            ScriptError: a definition cannot be evaluated.
+            UnsupportedOperator: the process applies a function that the engine lacks.
+        """
+        return self._machines.lts(process, Budget(self._limits))
+
+    @property
+    def events(self) -> EventTable:
+        """The events of the script."""
+        return self._script.events
+
+    def _context(self, budget: Budget) -> Context:
+        return Context(self._machines, self._script.events, budget)
+
+    def _process(self, expression: Expr, options: tuple[AssertOption, ...]) -> Process:
+        process = self._script.process(expression)
+        for option in options:
+            if option.kind == "tau priority" and option.events is not None:
+                process = Prioritised(process, (EventSet(), self._script.event_set(option.events)))
+        return process
+
+
+def _answered(budget: Budget, check: Callable[[], Outcome]) -> Outcome:
+    """The outcome of a check; unknown where it could not be done."""
+    try:
+        return check()
+    except Incomplete as incomplete:
+        return budget.outcome(Verdict.UNKNOWN, incomplete.reason, incomplete.states, incomplete.transitions)
+    except UnsupportedOperator as unsupported:
+        return budget.outcome(Verdict.UNKNOWN, str(unsupported), 0, 0)
+
+
+def _unchecked(budget: Budget, model: Model) -> Outcome:
+    return budget.outcome(Verdict.UNKNOWN, f"the model {model} ({_UNCHECKED[model]}) is not checked", 0, 0)
+
+
+def _inverted(outcome: Outcome) -> Outcome:
+    opposite = {Verdict.PASS: Verdict.FAIL, Verdict.FAIL: Verdict.PASS}
+    return replace(outcome, verdict=opposite.get(outcome.verdict, outcome.verdict))

@@ -1,0 +1,147 @@
+"""From a process term to a network: parallel composition becomes rules, what is composed becomes components.
+
+Three ways, from fast to slow, all with the same states and transitions:
+
+1. Parallel, hiding and renaming at the top of the term become the rules of a network of one format, whose
+   components are explored by themselves (``checker.skeleton``).
+2. Where a component is large because there are parallel compositions further inside (``(A ||| B) ; C``,
+   ``init -> SYSTEM``), the network has formats (``checker.formats``).
+3. What fits neither is explored as terms and becomes a network of a single component.
+"""
+
+from __future__ import annotations
+
+from checker.actions import TooManyActions
+from checker.components import ALONE, Machines
+from checker.formats import Formats
+from checker.growth import too_many
+from checker.network import Network
+from checker.placement import network_of
+from checker.shapes import Ambiguous, Parts, Unsuited
+from checker.skeleton import Component, compile_single, compile_skeleton, is_component
+from checker.transitions import Explored, LimitReached, MoreStates, Poll, Semantics
+from checker.verdict import Limits
+from cspm.process import Process
+
+__all__ = ["MOST_TERMS", "SLOT_STATES", "Compiler", "LimitReached", "compile_network"]
+
+SMALL = 2_000
+"""A component with parallel parts and more states than this is taken apart if it can be."""
+SLOT_STATES = 20_000
+"""A component of a network with parts is explored so far before other ways are tried."""
+MOST_TERMS = 500_000
+"""So many states are explored as terms where no limit is given: less than a gigabyte and about fifteen seconds."""
+BYTES_PER_TERM = 1_500
+"""What a state explored as a term takes, all told."""
+
+
+class Compiler:
+    """Compiles the processes of one script; a component is explored once whoever uses it.
+
+    Args:
+        slot_states: how far a component is explored before other ways are tried.
+    """
+
+    def __init__(self, *, slot_states: int = SLOT_STATES) -> None:
+        self.semantics = Semantics()
+        self._slot_states = slot_states
+        self._machines = Machines(self.semantics)
+
+    def network(self, process: Process, limits: Limits = Limits(), poll: Poll | None = None) -> Network:  # noqa: B008
+        """The network that has the states and transitions of *process*.
+
+        Args:
+            process: any term.
+            limits: ``states`` and ``memory_bytes`` also bound what is explored as terms; if ``states`` is None,
+                no more than ``MOST_TERMS`` are.
+            poll: called now and then with a number of states explored as terms; what it raises ends the work.
+
+        Raises:
+            LimitReached: a component, or what fits no network, has more states than the limit.
+            ScriptError: a definition calls itself before any event, or cannot be evaluated.
+            UnsupportedOperator: a function is applied that the engine lacks.
+        """
+        most = MOST_TERMS if limits.states is None else limits.states
+        if limits.memory_bytes is not None:
+            most = min(most, max(1, limits.memory_bytes // BYTES_PER_TERM))
+        self._machines.poll = poll
+        self.semantics.state(process)
+        try:
+            return self._network(process, most)
+        except TooManyActions:
+            return self._single(process, most)
+        finally:
+            self._machines.poll = None
+
+    def _network(self, process: Process, most: int) -> Network:
+        slot_states = min(self._slot_states, most)
+        small = min(SMALL, slot_states)
+        try:
+            return self._composed(process, small)
+        except _TooLarge as large:
+            found = large.terms
+        if any(map(Parts(), found)):
+            try:
+                return self._of_formats(process, small)
+            except Unsuited:
+                pass
+        try:
+            return self._composed(process, slot_states)
+        except _TooLarge:
+            pass
+        # A component may be endless by itself and not in company: a counter that the others keep in bounds.
+        if not is_component(process):
+            try:
+                return self._single(process, slot_states)
+            except LimitReached:
+                pass
+        try:
+            return self._composed(process, most)
+        except _TooLarge as large:
+            raise too_many(large.component.process, large.terms, self.semantics.heads) from None
+
+    def _composed(self, process: Process, most: int) -> Network:
+        """The network of one format, whose components have at most so many states."""
+        return compile_skeleton(process, lambda component: self._explored(component, most))
+
+    def _of_formats(self, process: Process, small: int) -> Network:
+        """The network of formats."""
+        try:
+            formats = Formats(process, self.semantics, self._machines, small, SLOT_STATES)
+        except Ambiguous:
+            formats = Formats(process, self.semantics, self._machines, 0, SLOT_STATES)
+        return network_of(formats, self.semantics.heads)
+
+    def _explored(self, component: Component, most: int) -> Explored:
+        try:
+            return self._machines.of(self.semantics.state(component.process), component.role, most)
+        except MoreStates as more:
+            raise _TooLarge(component, more.terms) from None
+
+    def _single(self, process: Process, most: int) -> Network:
+        """The network of one component that is the whole."""
+        try:
+            machine = self._machines.of(self.semantics.state(process), ALONE, most)
+        except MoreStates as more:
+            raise too_many(process, more.terms, self.semantics.heads) from None
+        return compile_single(process, machine)
+
+
+class _TooLarge(Exception):
+    """A component has more states than it may."""
+
+    def __init__(self, component: Component, terms: list[Process]) -> None:
+        super().__init__(component.place.text)
+        self.component = component
+        self.terms = terms
+
+
+def compile_network(
+    process: Process,
+    limits: Limits = Limits(),  # noqa: B008  (immutable)
+    *,
+    slot_states: int = SLOT_STATES,
+    poll: Poll | None = None,
+) -> Network:
+    """The network that has the states and transitions of *process*. See :meth:`Compiler.network`."""
+    return Compiler(slot_states=slot_states).network(process, limits, poll)

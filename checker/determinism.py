@@ -1,0 +1,174 @@
+"""Determinism: no event is ever both possible and refusable.
+
+A process without taus in which no event leads to two states is deterministic by its form. Every other process without
+divergence is held against a candidate: at each moment one of the stable states that it can be in is chosen, and for
+each event one of its targets. If the process is deterministic the choice does not matter, and it refines the
+candidate; if it refines the deterministic candidate, it is deterministic (Lazic 1999; Roscoe, Understanding
+Concurrent Systems, section 10.5).
+
+The candidate also tells the shortest trace with an event that is both possible and refusable: as long as there is
+none, every stable state offers everything that is possible, so the candidate follows all traces; after the first
+trace that has one, either the candidate's state or another one disagrees with the rest.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from checker.along import Along
+from checker.behaviour import visible
+from checker.budget import Incomplete
+from checker.context import Context, in_chunks
+from checker.lts import Int64Array, Lts
+from checker.normal_form import FailuresModel, NormalForm
+from checker.normalisation import Normaliser, StateAcceptances
+from checker.paths import shortest_path
+from checker.properties import divergence_found
+from checker.replay import can_perform, can_refuse
+from checker.search import Exploration
+from checker.verdict import Counterexample, Outcome, Verdict
+from cspm.events import TAU, TICK
+from cspm.process import Process
+
+Trace = tuple[int, ...]
+
+
+def deterministic(context: Context, process: Process, model: FailuresModel) -> Outcome:
+    """Whether there is no trace after which an event is both possible and refusable; in FD also no divergence.
+
+    States and transitions are those of the process. A divergence is looked for first (FD); in F a divergence refuses
+    nothing, and only the states that can be relied on count.
+    """
+    machines, budget = context.machines, context.budget
+    exploration = machines.exploration(process, "divergence" if model == "FD" else "everything", budget)
+    level = exploration.divergence_level
+    if level is not None and model == "FD":
+        return divergence_found(context, process, exploration, level)
+    if not exploration.complete:
+        return context.not_found(exploration, "divergence" if model == "FD" else "")
+    counts = int(exploration.levels[-1]), exploration.transitions
+    if _by_form(exploration):
+        return budget.outcome(Verdict.PASS, None, *counts)
+    try:
+        lts = machines.lts(process, budget)
+        trace = _against_candidate(context, process, lts) if level is None else _by_normal_form(context, lts)
+        if trace is None:
+            return budget.outcome(Verdict.PASS, None, *counts)
+        counterexample = _explained(context, process, trace)
+    except Incomplete as incomplete:
+        raise Incomplete(incomplete.reason, *counts) from None
+    return budget.outcome(Verdict.FAIL, None, *counts, counterexample)
+
+
+def _by_form(exploration: Exploration) -> bool:
+    """Whether there are no taus, no event with two targets, and nothing beside a tick."""
+    if exploration.has_tau or exploration.branching:
+        return False
+    if not exploration.packed.network.terminated:
+        return True
+    for chunk in in_chunks(exploration, np.arange(exploration.levels[-1])):
+        lengths = np.diff(chunk.offsets)
+        if (np.repeat(lengths, lengths)[chunk.events == TICK] > 1).any():
+            return False
+    return True
+
+
+def candidate(lts: Lts) -> NormalForm:
+    """A deterministic process that *lts*, which must not diverge, refines in F if it is deterministic itself.
+
+    Nodes are the stable states. From each state the first taus are followed to the one that stands for it.
+    """
+    sources = np.repeat(np.arange(lts.states), np.diff(lts.offsets))
+    taus = np.flatnonzero(lts.labels == TAU)[::-1]
+    stands_for = np.arange(lts.states)
+    # Written backwards, so that the first tau of a state is what remains.
+    stands_for[sources[taus]] = lts.targets[taus]
+    unstable = stands_for != np.arange(lts.states)
+    while True:
+        further = stands_for[stands_for]
+        if np.array_equal(further, stands_for):
+            break
+        stands_for = further
+    node = np.cumsum(~unstable) - 1
+    ticking = np.zeros(lts.states, dtype=np.bool_)
+    ticking[sources[lts.labels == TICK]] = True
+    kept = ~unstable[sources] & (~ticking[sources] | (lts.labels == TICK))
+    again = np.zeros(lts.transitions, dtype=np.bool_)
+    again[1:] = (lts.labels[1:] == lts.labels[:-1]) & (sources[1:] == sources[:-1])
+    kept &= ~again
+    events: Int64Array = np.unique(lts.labels[lts.labels != TAU])
+    columns = np.searchsorted(events, lts.labels)
+    accepting = StateAcceptances(lts, columns)
+    nodes = int((~unstable).sum())
+    return NormalForm(
+        "F",
+        events,
+        np.concatenate([[0], np.cumsum(np.bincount(node[sources[kept]], minlength=nodes))]).astype(np.int64),
+        columns[kept].astype(np.int32),
+        node[stands_for[lts.targets[kept]]].astype(np.int32),
+        np.zeros(nodes, dtype=np.bool_),
+        accepting.number[~unstable].astype(np.int32),
+        tuple((acceptance,) for acceptance in accepting.acceptances),
+        int(node[stands_for[lts.root]]),
+    )
+
+
+def _against_candidate(context: Context, process: Process, lts: Lts) -> Trace | None:
+    """The first trace with nondeterminism, or None; the process must not diverge."""
+    pairs = context.machines.pairs(candidate(lts), process, "F", context.budget, full=False)
+    if pairs.violation_level is not None:
+        goals = np.unique(np.array([violation.index for violation in pairs.violations()], dtype=np.int64))
+        return visible(shortest_path(pairs, goals))
+    if not pairs.complete:
+        raise Incomplete(context.budget.shortfall(pairs, "nondeterminism"))
+    return None
+
+
+def _by_normal_form(context: Context, lts: Lts) -> Trace | None:
+    """The first trace with nondeterminism, or None, by the subset construction.
+
+    With divergence there need not be a stable state to choose after a trace, so all states are followed.
+    """
+    normaliser = Normaliser(lts, "F")
+    came_by: dict[int, tuple[int, int]] = {}
+    node = 0
+    while node < normaliser.nodes:
+        if node % 256 == 0:
+            context.budget.check_time("looking for nondeterminism")
+        known = normaliser.nodes
+        moves = normaliser.extend(node)
+        possible = {int(normaliser.events[column]) for column, _ in moves}
+        if any(possible - set(acceptance) for acceptance in normaliser.acceptances(node)):
+            trace: list[int] = []
+            while node:
+                node, event = came_by[node]
+                trace.append(event)
+            return tuple(reversed(trace))
+        for column, target in moves:
+            if target >= known:
+                came_by.setdefault(target, (node, int(normaliser.events[column])))
+        node += 1
+    return None
+
+
+def _explained(context: Context, process: Process, trace: Trace) -> Counterexample:
+    """The run of *trace* that ends by refusing the first event that is also possible, and one that performs it."""
+    along = Along(context, process, trace, "T")
+    if along.pairs.depth < len(trace):
+        raise Incomplete(context.budget.shortfall(along.pairs, "end of the trace that shows nondeterminism"))
+    offers = along.offers(len(trace))
+    event = next(event for event in offers.possible if offers.refusers(event).any())
+    behaviour = along.behaviour(offers.indices[offers.refusers(event)])
+    behaviour.confirm(can_refuse(event), "a state that refuses the event")
+    other = along.behaviour(offers.indices[offers.performers(event)])
+    other.confirm(can_perform(event), "a state that can perform the event")
+    name = context.events.name(event)
+    return Counterexample(
+        "nondeterminism",
+        behaviour.trace,
+        behaviour.causes,
+        event=name,
+        refusal=(name,),
+        components=behaviour.components(),
+        alternative=(*other.trace, name),
+    )

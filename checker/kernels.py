@@ -1,0 +1,276 @@
+"""The search's inner loops, first part: the set of visited states.
+
+Every kernel is plain Python on flat arrays (or memory views of them) and integers, and at the same time a function
+that numba compiles; ``checker.jit`` gives both. Numbers are natural and below 2**63 throughout, so that Python's
+integers, numpy's and the machine's agree; nothing may overflow, for numba leaves undefined what follows. The one
+place where a product may is :func:`wrapping_product`.
+
+A table of visited states is an open-addressing hash table with linear probing of ``2**bits`` entries. An entry is
+-1, or the state's row number in its low ``bits`` bits below a *tag* of further bits of its hash, ``entry_bits`` in
+all: a wrong state is nearly always recognised without looking at its row. A table is cut into
+``2**partition_bits`` equal partitions, each of which one thread may change while others change theirs; the hash
+says which partition a state belongs to, and probing stays within it.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+NATURAL = 0x7FFFFFFFFFFFFFFF
+GOLDEN = 0x1E3779B97F4A7C15
+MIXER = 0x3F58476D1CE4E5B9
+
+
+def wrapping_product(a: int, b: int) -> int:
+    """The low 63 bits of a product. (``checker.jit`` has this for the machine.)"""
+    return a * b & NATURAL
+
+
+def hash_of(rows: Any, row: int, stride: int) -> int:
+    """A 63-bit hash of a row; the high bits depend on all of it.
+
+    Multiplying by the golden section keeps regular sets of states apart and keeps the distances between states and
+    their successors, which the cache rewards (Knuth, The Art of Computer Programming 3, section 6.4).
+    """
+    h = 0
+    for i in range(row * stride, row * stride + stride):
+        h = wrapping_product((h ^ (h >> 32)) ^ rows[i], GOLDEN)
+    return h
+
+
+def partition_of(h: int, partition_bits: int) -> int:
+    """The partition that a hash belongs to; mixed once more, so that partitions fill evenly."""
+    return wrapping_product(h ^ (h >> 32), MIXER) >> (63 - partition_bits)
+
+
+def first_place(h: int, bits: int, partition_bits: int) -> int:
+    """Where in the table to look first."""
+    place = h >> (63 - bits + partition_bits)
+    if partition_bits > 0:
+        place |= partition_of(h, partition_bits) << (bits - partition_bits)
+    return place
+
+
+def tag_of(h: int, bits: int, entry_bits: int, partition_bits: int) -> int:
+    """The tag of a hash: the bits next to those that chose the place."""
+    return (h >> (63 - entry_bits + partition_bits)) & ((1 << (entry_bits - bits)) - 1)
+
+
+def same_row(rows: Any, row: int, others: Any, other: int, stride: int) -> bool:
+    """Whether two rows are equal."""
+    for w in range(stride):
+        if rows[row * stride + w] != others[other * stride + w]:
+            return False
+    return True
+
+
+def insert(
+    targets: Any,
+    begin: int,
+    end: int,
+    stride: int,
+    states: Any,
+    known: int,
+    room: int,
+    table: Any,
+    bits: int,
+    entry_bits: int,
+    partition_bits: int,
+    numbers: Any,
+) -> tuple[int, int]:
+    """Add the rows *begin* to *end* of *targets* to the visited states, as long as there is room.
+
+    Args:
+        known: how many states there are; new ones are numbered on from there.
+        room: how many there may be.
+        numbers: if not empty, ``numbers[i]`` becomes the number of the state in row ``i`` of *targets*.
+
+    Returns:
+        The first row not added (*end* if all were), and how many states there are now.
+    """
+    index_mask = (1 << bits) - 1
+    wrap = (1 << (bits - partition_bits)) - 1
+    numbered = len(numbers) > 0
+    for j in range(begin, end):
+        h = hash_of(targets, j, stride)
+        place = first_place(h, bits, partition_bits)
+        tag = tag_of(h, bits, entry_bits, partition_bits)
+        while True:
+            entry = table[place]
+            if entry < 0:
+                if known == room:
+                    return j, known
+                table[place] = (tag << bits) | known
+                for w in range(stride):
+                    states[known * stride + w] = targets[j * stride + w]
+                number = known
+                known += 1
+                break
+            if entry >> bits == tag:
+                number = entry & index_mask
+                if same_row(states, number, targets, j, stride):
+                    break
+            place = (place & ~wrap) | ((place + 1) & wrap)
+        if numbered:
+            numbers[j] = number
+    return end, known
+
+
+def find(
+    targets: Any,
+    count: int,
+    stride: int,
+    states: Any,
+    table: Any,
+    bits: int,
+    entry_bits: int,
+    partition_bits: int,
+    numbers: Any,
+) -> None:
+    """The numbers of the first *count* rows of *targets* among the visited states; -1 for those that are not there."""
+    index_mask = (1 << bits) - 1
+    wrap = (1 << (bits - partition_bits)) - 1
+    for j in range(count):
+        h = hash_of(targets, j, stride)
+        place = first_place(h, bits, partition_bits)
+        tag = tag_of(h, bits, entry_bits, partition_bits)
+        number = -1
+        while number < 0:
+            entry = table[place]
+            if entry < 0:
+                break
+            if entry >> bits == tag and same_row(states, entry & index_mask, targets, j, stride):
+                number = entry & index_mask
+            place = (place & ~wrap) | ((place + 1) & wrap)
+        numbers[j] = number
+
+
+def enter_all(
+    states: Any,
+    known: int,
+    stride: int,
+    table: Any,
+    bits: int,
+    entry_bits: int,
+    partition_bits: int,
+    first_partition: int,
+    last_partition: int,
+) -> None:
+    """Enter those of the distinct states that belong to the given partitions into their empty part of the table."""
+    wrap = (1 << (bits - partition_bits)) - 1
+    for row in range(known):
+        h = hash_of(states, row, stride)
+        if partition_bits > 0:
+            partition = partition_of(h, partition_bits)
+            if partition < first_partition or partition >= last_partition:
+                continue
+        place = first_place(h, bits, partition_bits)
+        while table[place] >= 0:
+            place = (place & ~wrap) | ((place + 1) & wrap)
+        table[place] = (tag_of(h, bits, entry_bits, partition_bits) << bits) | row
+
+
+def sort_by_owner(
+    targets: Any, count: int, stride: int, partition_bits: int, owners: int, ends: Any, outbox: Any
+) -> None:
+    """Copy rows to *outbox* grouped by the worker that owns their partition.
+
+    Owner ``o``'s rows end up in ``ends[o]:ends[o + 1]``; *ends* has an entry more than twice the owners, the second
+    half is scratch.
+    """
+    for o in range(2 * owners + 1):
+        ends[o] = 0
+    for j in range(count):
+        owner = partition_of(hash_of(targets, j, stride), partition_bits) * owners >> partition_bits
+        ends[owner + 1] += 1
+    for o in range(owners):
+        ends[o + 1] += ends[o]
+        ends[owners + 1 + o] = ends[o]
+    for j in range(count):
+        owner = partition_of(hash_of(targets, j, stride), partition_bits) * owners >> partition_bits
+        at = ends[owners + 1 + owner]
+        ends[owners + 1 + owner] = at + 1
+        for w in range(stride):
+            outbox[at * stride + w] = targets[j * stride + w]
+
+
+def claim(
+    targets: Any,
+    begin: int,
+    end: int,
+    stride: int,
+    states: Any,
+    known: int,
+    fresh: Any,
+    claimed: int,
+    room: int,
+    places: Any,
+    table: Any,
+    bits: int,
+    entry_bits: int,
+    partition_bits: int,
+) -> tuple[int, int]:
+    """Like :func:`insert`, for one of several threads: new states go to *fresh* and are numbered for the time being.
+
+    The ``i``-th of them is number ``known + i``, in row ``i`` of *fresh*, and its entry at ``places[i]``.
+    :func:`settle` makes that final.
+
+    Args:
+        claimed: how many there are in *fresh* already.
+        room: how many there may be.
+
+    Returns:
+        The first row not looked at, and how many new states there are now.
+    """
+    index_mask = (1 << bits) - 1
+    wrap = (1 << (bits - partition_bits)) - 1
+    for j in range(begin, end):
+        h = hash_of(targets, j, stride)
+        place = first_place(h, bits, partition_bits)
+        tag = tag_of(h, bits, entry_bits, partition_bits)
+        while True:
+            entry = table[place]
+            if entry < 0:
+                if claimed == room:
+                    return j, claimed
+                table[place] = (tag << bits) | (known + claimed)
+                places[claimed] = place
+                for w in range(stride):
+                    fresh[claimed * stride + w] = targets[j * stride + w]
+                claimed += 1
+                break
+            if entry >> bits == tag:
+                number = entry & index_mask
+                if number < known:
+                    if same_row(states, number, targets, j, stride):
+                        break
+                elif same_row(fresh, number - known, targets, j, stride):
+                    break
+            place = (place & ~wrap) | ((place + 1) & wrap)
+    return end, claimed
+
+
+def settle(
+    fresh: Any, claimed: int, stride: int, states: Any, first: int, places: Any, table: Any, bits: int
+) -> None:
+    """Give claimed states their final numbers, from *first* on."""
+    for i in range(claimed):
+        place = places[i]
+        table[place] = (table[place] >> bits << bits) | (first + i)
+    for i in range(claimed * stride):
+        states[first * stride + i] = fresh[i]
+
+
+KERNELS = (
+    hash_of,
+    partition_of,
+    first_place,
+    tag_of,
+    same_row,
+    insert,
+    find,
+    enter_all,
+    sort_by_owner,
+    claim,
+    settle,
+)

@@ -1,0 +1,213 @@
+"""The machines of processes, built once and shared between the assertions of a script.
+
+Everything is keyed by the process term, which is one object however often the script writes it. What a machine is
+does not depend on which assertion asked for it first; an exploration that ended early because one assertion had its
+answer is kept for the same question only.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from typing import Any, Literal
+
+from checker.budget import Budget, Incomplete, coverage
+from checker.composition import Compiler, LimitReached
+from checker.lts import Lts
+from checker.normal_form import NormalForm, Semantics
+from checker.normalisation import Normaliser, is_deterministic, normalise
+from checker.packed import PackedNetwork, pack
+from checker.pair_search import PairExploration, explore_pairs
+from checker.search import Exploration, Progress, explore
+from cspm.process import Process
+
+Aim = Literal["everything", "deadlock", "deadlock or divergence", "divergence"]
+"""What an exploration looks for; it may end at the first level that has it."""
+
+KEPT_BYTES = 1 << 30
+"""Machines are kept for later assertions as long as all together take no more than this (the last is always kept)."""
+
+WHOLE_NORMAL_FORM = 50_000
+"""Normal forms of more nodes than this are extended node by node as the search reaches them."""
+
+
+class Machines:
+    """Networks, explorations, explicit machines and normal forms of the processes of one script.
+
+    Args:
+        workers: threads for large searches.
+        full: explore everything, end nothing early, merge nothing.
+        kept_bytes: how much to keep for later.
+        progress, notify: handed to the searches.
+    """
+
+    def __init__(
+        self,
+        *,
+        workers: int = 1,
+        full: bool = False,
+        kept_bytes: int = KEPT_BYTES,
+        progress: Callable[[Progress], None] | None = None,
+        notify: Callable[[str], None] | None = None,
+    ) -> None:
+        self.workers = workers
+        self.full = full
+        self._kept_bytes = kept_bytes
+        self._progress = progress
+        self._notify = notify
+        self._compiler = Compiler()
+        self._kept: OrderedDict[Hashable, tuple[Any, int]] = OrderedDict()
+
+    def packed(self, process: Process, budget: Budget) -> PackedNetwork:
+        """The network of a process, ready to be searched.
+
+        Raises:
+            Incomplete: a component is too large for a limit, or took too long.
+            ScriptError: a definition cannot be evaluated.
+            UnsupportedOperator: the process applies a function that the engine lacks.
+        """
+        key = ("packed", process)
+        found: PackedNetwork | None = self._find(key)
+        if found is None:
+
+            def poll(states: int) -> None:
+                budget.check_time(f"exploring a component of the process, {states:,} states of it so far")
+
+            try:
+                found = pack(self._compiler.network(process, budget.limits, poll))
+            except LimitReached as reached:
+                raise Incomplete(reached.diagnostic.message, reached.states) from None
+            self._keep(key, found, 0)
+        return found
+
+    def exploration(self, process: Process, aim: Aim, budget: Budget) -> Exploration:
+        """The reachable states of a process; all of them unless what is aimed at, or a limit, ended the search.
+
+        A whole exploration that is there already answers every aim.
+        """
+        whole: Exploration | None = self._find(("exploration", process, "everything"))
+        if whole is not None and whole.complete:
+            budget.used(whole.peak_memory_bytes)
+            return whole
+        if self.full:
+            aim = "everything"
+        key = ("exploration", process, aim)
+        found: Exploration | None = self._find(key)
+        if found is None:
+            found = explore(
+                self.packed(process, budget),
+                limits=budget.remaining(),
+                workers=self.workers,
+                stop_at_deadlock="deadlock" in aim,
+                stop_at_divergence="divergence" in aim,
+                progress=self._progress,
+                notify=self._notify,
+            )
+            if found.complete:
+                key = ("exploration", process, "everything")
+            # How far a search gets in a time is no property of the machine: the next assertion may get further.
+            if found.complete or found.stop in ("found", "states"):
+                self._keep(key, found, found.peak_memory_bytes)
+        budget.used(found.peak_memory_bytes)
+        return found
+
+    def lts(self, process: Process, budget: Budget, part: str = "") -> Lts:
+        """The explicit machine of a process.
+
+        Args:
+            process: the process.
+            budget: what may be used.
+            part: what the process is to the assertion, for the message: `` of the specification``.
+
+        Raises:
+            Incomplete: a limit was reached.
+        """
+        key = ("lts", process)
+        found: Lts | None = self._find(key)
+        if found is None:
+            exploration = self.exploration(process, "everything", budget)
+            if not exploration.complete:
+                raise Incomplete(
+                    f"{budget.reached(exploration)}{part}: {coverage(exploration)}",
+                    int(exploration.levels[-1]),
+                    exploration.transitions,
+                )
+            found = exploration.to_lts()
+            self._keep(key, found, found.offsets.nbytes + found.labels.nbytes + found.targets.nbytes)
+        return found
+
+    def normal_form(self, process: Process, model: Semantics, budget: Budget) -> NormalForm | Normaliser:
+        """The normal form of a process: whole where that is cheap, else one that grows as it is used.
+
+        Raises:
+            Incomplete: a limit was reached.
+        """
+        key = ("normal form", process, model)
+        found: NormalForm | Normaliser | None = self._find(key)
+        if found is None:
+            lts = self.lts(process, budget, " in the specification")
+            if is_deterministic(lts):
+                found = normalise(lts, model, minimise=not self.full)
+            elif self.full:
+                found = Normaliser(lts, model)
+            else:
+                found = _whole_or_lazy(lts, model, budget)
+            self._keep(key, found, _size(found))
+        return found
+
+    def pairs(
+        self, specification: NormalForm | Normaliser, process: Process, model: Semantics, budget: Budget, *, full: bool
+    ) -> PairExploration:
+        """The reachable pairs of a specification's node and a state of *process*. Not kept."""
+        found = explore_pairs(
+            self.packed(process, budget),
+            specification,
+            model,
+            full=full,
+            limits=budget.remaining(),
+            workers=self.workers,
+            progress=self._progress,
+            notify=self._notify,
+        )
+        budget.used(found.peak_memory_bytes)
+        return found
+
+    def _find(self, key: Hashable) -> Any:
+        entry = self._kept.get(key)
+        if entry is None:
+            return None
+        self._kept.move_to_end(key)
+        return entry[0]
+
+    def _keep(self, key: Hashable, value: Any, size: int) -> None:
+        self._kept[key] = (value, size)
+        total = sum(size for _, size in self._kept.values())
+        for old in list(self._kept)[:-1]:
+            if total <= self._kept_bytes:
+                break
+            _, size = self._kept[old]
+            if size:
+                total -= size
+                del self._kept[old]
+
+
+class _TooManyNodes(Exception):
+    """A normal form is not worth having as a whole."""
+
+
+def _whole_or_lazy(lts: Lts, model: Semantics, budget: Budget) -> NormalForm | Normaliser:
+    def poll(nodes: int) -> None:
+        budget.check_time("normalising the specification")
+        if nodes > WHOLE_NORMAL_FORM:
+            raise _TooManyNodes
+
+    try:
+        return normalise(lts, model, poll=poll)
+    except _TooManyNodes:
+        return Normaliser(lts, model)
+
+
+def _size(normal_form: NormalForm | Normaliser) -> int:
+    if isinstance(normal_form, NormalForm):
+        return normal_form.offsets.nbytes + normal_form.columns.nbytes + normal_form.targets.nbytes
+    return normal_form.nbytes

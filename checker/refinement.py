@@ -1,0 +1,127 @@
+"""Refinement in the models T, F and FD: a search for a behaviour of the implementation that the specification lacks.
+
+Roscoe, Understanding Concurrent Systems, section 8.4: the specification is normalised, and the pairs of its nodes and
+the implementation's states that common traces lead to are searched breadth first.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from checker.behaviour import Behaviour, diverging, visible
+from checker.context import Context, reached
+from checker.normal_form import NormalForm, Semantics
+from checker.normalisation import Normaliser
+from checker.pair_search import PairExploration, Violation
+from checker.paths import Step, shortest_path
+from checker.replay import ReplayFailure, can_perform, offer, states_after
+from checker.verdict import Counterexample, Outcome, Verdict
+from cspm.events import TICK
+from cspm.process import Process
+
+REPLAYED_SPECIFICATION = 2_000
+"""A counterexample is also held against the specification's terms if no more states than this must be looked at."""
+
+
+def refines(context: Context, specification: Process, model: Semantics, implementation: Process) -> Outcome:
+    """Whether ``specification [model= implementation``.
+
+    States and transitions count the pairs of the search. Of several violations after the first violating trace an
+    event that is not allowed is shown rather than a refusal, and a refusal rather than a divergence.
+
+    Raises:
+        Incomplete: the specification could not be explored to its end.
+    """
+    budget = context.budget
+    normal_form = context.machines.normal_form(specification, model, budget)
+    pairs = context.machines.pairs(normal_form, implementation, model, budget, full=context.machines.full)
+    if pairs.violation_level is None:
+        return context.not_found(pairs, "violation")
+    path, violation = _first(pairs)
+    counterexample = _explained(context, specification, normal_form, implementation, pairs, path, violation)
+    states, transitions = int(pairs.levels[-1]), pairs.transitions
+    return budget.outcome(Verdict.FAIL, None, states, transitions, counterexample)
+
+
+def _first(pairs: PairExploration) -> tuple[tuple[Step, ...], Violation]:
+    """The canonical path to a violation, and the violation at its end that comes first."""
+    rank = {violation: _rank(violation) for violation in pairs.violations()}
+    best: dict[int, int] = {}
+    for violation, number in rank.items():
+        best[violation.index] = min(number, best.get(violation.index, number))
+    goals = np.array(sorted(best), dtype=np.int64)
+    # Ranks are handed on as places in their order, since identifiers of events may be anything up to 2 ** 63.
+    order = {number: place for place, number in enumerate(sorted(set(best.values())))}
+    path = shortest_path(pairs, goals, np.array([order[best[index]] for index in goals.tolist()], dtype=np.int64))
+    end = reached(pairs, path)
+    return path, min((violation for violation in rank if violation.index == end), key=_rank)
+
+
+def _rank(violation: Violation) -> int:
+    """An event that is not allowed comes first, the least of them; then a refusal; then a divergence."""
+    if violation.kind == "trace":
+        return violation.event
+    return 1 << 63 if violation.kind == "refusal" else 1 << 64
+
+
+def _explained(
+    context: Context,
+    specification: Process,
+    normal_form: NormalForm | Normaliser,
+    implementation: Process,
+    pairs: PairExploration,
+    path: tuple[Step, ...],
+    violation: Violation,
+) -> Counterexample:
+    events = context.events
+    behaviour = Behaviour(implementation, pairs.packed, path, events)
+    node = int(pairs.nodes[violation.index])
+    trace = visible(path)
+    specification_trace = tuple(events.name(event) for event in trace)
+    if violation.kind == "trace":
+        event = violation.event
+        behaviour.confirm(can_perform(event), "a state with the forbidden event")
+        _deny_event(specification, trace, event)
+        return Counterexample(
+            "trace",
+            behaviour.trace,
+            behaviour.causes,
+            event=events.name(event),
+            allowed=(behaviour.names(normal_form.allowed(node)),),
+            components=behaviour.components(),
+            specification_trace=specification_trace,
+        )
+    if violation.kind == "divergence":
+        found = diverging(implementation, pairs, path, violation.index, events)
+        allowed = tuple(behaviour.names(acceptance) for acceptance in normal_form.acceptances(node))
+        return replace(found, allowed=allowed, specification_trace=specification_trace)
+    offered = frozenset(pairs.successors(np.array([violation.index], dtype=np.int64)).events.tolist())
+    accepted = frozenset({TICK}) if TICK in offered else offered
+    acceptances = normal_form.acceptances(node)
+    behaviour.confirm(lambda row: offer(row) == accepted, "a state that offers too little")
+    _deny_acceptance(specification, trace, accepted)
+    return Counterexample(
+        "refusal",
+        behaviour.trace,
+        behaviour.causes,
+        refusal=behaviour.names({event for acceptance in acceptances for event in acceptance} - accepted),
+        allowed=tuple(behaviour.names(acceptance) for acceptance in acceptances),
+        components=behaviour.components(),
+        specification_trace=specification_trace,
+    )
+
+
+def _deny_event(specification: Process, trace: tuple[int, ...], event: int) -> None:
+    rows = states_after(specification, trace, REPLAYED_SPECIFICATION)
+    if rows is not None and any(label == event for row in rows for label, _ in row):
+        raise ReplayFailure("the specification can perform the event that it was said not to allow")
+
+
+def _deny_acceptance(specification: Process, trace: tuple[int, ...], accepted: frozenset[int]) -> None:
+    rows = states_after(specification, trace, REPLAYED_SPECIFICATION)
+    for row in rows or ():
+        acceptance = offer(row)
+        if acceptance is not None and acceptance <= accepted:
+            raise ReplayFailure("the specification can refuse what it was said to offer")

@@ -1,0 +1,149 @@
+"""The set of visited states: rows in the order of discovery, and a table to find them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from checker.jit import Kernels
+from checker.lts import Int64Array
+
+FIRST_BITS = 10
+"""The first table has this many bits."""
+LOAD = (5, 8)
+"""How full a table may become: a fraction."""
+WIDE_BITS = 31
+"""Tables of this many bits and more have 64-bit entries."""
+
+NO_NUMBERS: Int64Array = np.zeros(0, dtype=np.int64)
+
+
+class Visited:
+    """Distinct rows of words, numbered as they come.
+
+    Attributes:
+        stride: words of a row.
+        rows: flat; the states are the first ``known * stride`` entries. The room behind them is not touched before
+            it is needed, and so takes no memory.
+        known: how many states there are.
+        room: how many fit.
+        table, bits, entry_bits, partition_bits: see ``checker.kernels``.
+        peak_bytes: the most memory that the arrays have taken.
+    """
+
+    __slots__ = ("bits", "entry_bits", "known", "partition_bits", "peak_bytes", "room", "rows", "stride", "table")
+
+    def __init__(self, stride: int, bits: int = FIRST_BITS) -> None:
+        self.stride = stride
+        self.known = 0
+        self.partition_bits = 0
+        self.peak_bytes = 0
+        self.rows: Int64Array = np.zeros(0, dtype=np.int64)
+        self._take_room(bits)
+
+    def _take_room(self, bits: int) -> None:
+        """Make an empty table, and room for as many rows as it may hold."""
+        self.bits = bits
+        self.entry_bits = 63 if bits >= WIDE_BITS else 31
+        self.room = (LOAD[0] << bits) // LOAD[1]
+        rows = np.empty(self.room * self.stride, dtype=np.int64)
+        used = self.known * self.stride
+        rows[:used] = self.rows[:used]
+        self.peak_bytes = max(self.peak_bytes, 2 * used * 8)
+        self.rows = rows
+        dtype: type[np.signedinteger[Any]] = np.int64 if bits >= WIDE_BITS else np.int32
+        self.table: npt.NDArray[Any] = np.full(1 << bits, -1, dtype=dtype)
+
+    @property
+    def bytes(self) -> int:
+        """The memory that the arrays take now."""
+        return self.known * self.stride * 8 + self.table.nbytes
+
+    @property
+    def states(self) -> Int64Array:
+        """The states, shape (known, stride); a view."""
+        return self.rows[: self.known * self.stride].reshape(self.known, self.stride)
+
+    def note_peak(self) -> None:
+        """Count what the arrays take now for ``peak_bytes``."""
+        self.peak_bytes = max(self.peak_bytes, self.bytes)
+
+    def bytes_after_growth(self) -> int:
+        """The memory that growing would take at its height."""
+        used = self.known * self.stride * 8
+        entry = 8 if self.bits + 1 >= WIDE_BITS else 4
+        return max(2 * used, used + (entry << (self.bits + 1)))
+
+    def grow(self, kernels: Kernels) -> None:
+        """Make room for at least twice as many."""
+        self.rebuild(kernels, self.bits + (2 if self.bits < 20 else 1), self.partition_bits)
+
+    def rebuild(
+        self,
+        kernels: Kernels,
+        bits: int,
+        partition_bits: int,
+        together: Callable[[Iterable[Callable[[], Any]]], Any] = lambda jobs: [job() for job in jobs],
+        workers: int = 1,
+    ) -> None:
+        """Change to a table of another size or partition; *together* runs the jobs of that many workers."""
+        self.note_peak()
+        # The old table goes before the new arrays come: the rows are enough to make another.
+        del self.table
+        self._take_room(bits)
+        self.partition_bits = partition_bits
+        cuts = [(w << partition_bits) // workers for w in range(workers + 1)]
+
+        def enter(first: int, last: int) -> Callable[[], Any]:
+            return lambda: kernels.enter_all(
+                self.rows,
+                self.known,
+                self.stride,
+                self.table,
+                self.bits,
+                self.entry_bits,
+                self.partition_bits,
+                first,
+                last,
+            )
+
+        together(enter(first, last) for first, last in zip(cuts, cuts[1:], strict=False))
+        self.note_peak()
+
+    def insert(
+        self, kernels: Kernels, targets: Int64Array, begin: int, end: int, numbers: Int64Array = NO_NUMBERS
+    ) -> int:
+        """Add rows as long as there is room; the first row not added."""
+        position: int
+        position, self.known = kernels.insert(
+            targets,
+            begin,
+            end,
+            self.stride,
+            self.rows,
+            self.known,
+            self.room,
+            self.table,
+            self.bits,
+            self.entry_bits,
+            self.partition_bits,
+            numbers,
+        )
+        return position
+
+    def find(self, kernels: Kernels, targets: Int64Array, count: int, numbers: Int64Array) -> None:
+        """Write the numbers of the first *count* rows of *targets* to *numbers*, -1 for those that are not there."""
+        kernels.find(
+            targets,
+            count,
+            self.stride,
+            self.rows,
+            self.table,
+            self.bits,
+            self.entry_bits,
+            self.partition_bits,
+            numbers,
+        )

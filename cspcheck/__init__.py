@@ -1,0 +1,73 @@
+"""Model checking for concurrent systems specified in CSPm and CSP-OZ.
+
+>>> import cspcheck
+>>> script = cspcheck.load("rov.csp")
+>>> for result in script.check():
+...     assert result, result.explain()
+
+Importing this package imports nothing else; its names are looked up when they are first used.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from checker.budget import Incomplete as Incomplete
+    from checker.verdict import ComponentBehaviour as ComponentBehaviour
+    from checker.verdict import Counterexample as Counterexample
+    from checker.verdict import Verdict as Verdict
+    from cspcheck.api import Machine as Machine
+    from cspcheck.api import Process as Process
+    from cspcheck.api import Script as Script
+    from cspcheck.api import load as load
+    from cspcheck.api import loads as loads
+    from cspcheck.result import Result as Result
+    from cspm.diagnostics import Diagnostic as Diagnostic
+    from cspm.diagnostics import ScriptError as ScriptError
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "ComponentBehaviour": "checker.verdict",
+    "Counterexample": "checker.verdict",
+    "Diagnostic": "cspm.diagnostics",
+    "Incomplete": "checker.budget",
+    "Machine": "cspcheck.api",
+    "Process": "cspcheck.api",
+    "Result": "cspcheck.result",
+    "Script": "cspcheck.api",
+    "ScriptError": "cspm.diagnostics",
+    "Verdict": "checker.verdict",
+    "load": "cspcheck.api",
+    "loads": "cspcheck.api",
+}
+
+__all__ = [
+    "ComponentBehaviour",
+    "Counterexample",
+    "Diagnostic",
+    "Incomplete",
+    "Machine",
+    "Process",
+    "Result",
+    "Script",
+    "ScriptError",
+    "Verdict",
+    "__version__",
+    "load",
+    "loads",
+]
+
+
+def __getattr__(name: str) -> Any:
+    home = _HOMES.get(name)
+    if home is None:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(home), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -1,0 +1,288 @@
+"""The public interface for Python: load a script, check it, evaluate in it, look at its processes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, TypeVar, overload
+
+from checker.verdict import Limits
+from cspcheck import checking
+from cspcheck.quantities import parse_duration, parse_size
+from cspcheck.result import Result
+from cspm.diagnostics import Diagnostic, ScriptError
+from cspm.source import Source
+
+N = TypeVar("N", int, float)
+
+if TYPE_CHECKING:
+    import networkx
+
+    from checker.check import Checker
+    from checker.lts import Lts
+    from cspm import process, script
+    from cspm.events import EventTable
+
+
+def load(
+    path: str | os.PathLike[str], *, definitions: Mapping[str, object] | None = None, typecheck: bool = True
+) -> Script:
+    """Load a script from a file.
+
+    Args:
+        path: the file.
+        definitions: top-level constants of the script to override, by name: CSPm text, or a number or truth value.
+        typecheck: whether types are checked.
+
+    Raises:
+        ScriptError: the file cannot be read, or there is an error in the script; ``diagnostics`` says what and where.
+    """
+    return load_with(os.fspath(path), checking.Settings(typecheck=typecheck), definitions or {})
+
+
+def loads(
+    text: str, *, name: str = "<text>", definitions: Mapping[str, object] | None = None, typecheck: bool = True
+) -> Script:
+    """Load a script from its text; *name* is what diagnostics call it. See :func:`load`.
+
+    Raises:
+        ScriptError: there is an error in the script.
+    """
+    from cspm import script
+
+    overrides = {constant: _as_text(value) for constant, value in (definitions or {}).items()}
+    return Script(script.load(Source(name, text), overrides=overrides, typecheck=typecheck), checking.Settings())
+
+
+def load_with(path: str, settings: checking.Settings, definitions: Mapping[str, object]) -> Script:
+    """Load a script whose checks start from *settings*; *definitions* come on top of those in the settings.
+
+    Raises:
+        ScriptError: the file cannot be read, or there is an error in the script.
+    """
+    texts = {**settings.definitions, **{name: _as_text(value) for name, value in definitions.items()}}
+    settings = replace(settings, definitions=texts)
+    return Script(checking.load(path, settings), settings)
+
+
+def _as_text(value: object) -> str:
+    """A value as CSPm writes it; text is taken to be CSPm already."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return str(value)
+
+
+class Script:
+    """A loaded script. Create with :func:`cspcheck.load`."""
+
+    def __init__(self, loaded: script.Script, settings: checking.Settings) -> None:
+        self._script = loaded
+        self._settings = settings
+        self._checkers: dict[tuple[Limits, int | None, bool], Checker] = {}
+
+    def __repr__(self) -> str:
+        return f"<cspcheck.Script {self.name!r}, {len(self.assertions)} assertions>"
+
+    @property
+    def name(self) -> str:
+        """The file, as given to :func:`cspcheck.load`."""
+        return self._script.source.name
+
+    @property
+    def assertions(self) -> tuple[str, ...]:
+        """The texts of the script's assertions, in order."""
+        return tuple(assertion.text for assertion in self._script.assertions)
+
+    @property
+    def printed(self) -> tuple[str, ...]:
+        """What the script's ``print`` lines say."""
+        return self._script.printed
+
+    @property
+    def warnings(self) -> tuple[Diagnostic, ...]:
+        """What is odd about the script without stopping it from being used."""
+        return self._script.warnings
+
+    @overload
+    def check(
+        self,
+        assertion: None = None,
+        *,
+        timeout: float | str | None = None,
+        max_states: int | None = None,
+        max_memory: int | str | None = None,
+        workers: int | None = None,
+        full: bool | None = None,
+    ) -> list[Result]: ...
+
+    @overload
+    def check(
+        self,
+        assertion: str,
+        *,
+        timeout: float | str | None = None,
+        max_states: int | None = None,
+        max_memory: int | str | None = None,
+        workers: int | None = None,
+        full: bool | None = None,
+    ) -> Result: ...
+
+    def check(
+        self,
+        assertion: str | None = None,
+        *,
+        timeout: float | str | None = None,
+        max_states: int | None = None,
+        max_memory: int | str | None = None,
+        workers: int | None = None,
+        full: bool | None = None,
+    ) -> Result | list[Result]:
+        """Check the script's assertions, or one that is given as text.
+
+        Args:
+            assertion: text of an assertion about the script's processes, without the word ``assert``. Without it, all
+                assertions of the script are checked, in order.
+            timeout: seconds for each assertion, or text like ``"5m"``.
+            max_states: states for each assertion.
+            max_memory: bytes for the engine, or text like ``"8GiB"``; four fifths of the machine's memory if not given.
+            workers: search threads; the machine's cores if not given.
+            full: explore the whole state space, without reductions; not if not given.
+
+        Returns:
+            One Result, or one for each assertion. Where a limit is reached, its verdict is ``unknown``. An error met
+            while checking is the verdict ``error``, with its ``diagnostics``.
+
+        Raises:
+            ScriptError: *assertion* is not a well-formed assertion about this script.
+            ValueError: a limit is not one.
+        """
+        given = self._settings.limits
+        limits = checking.limits(
+            _positive("max_states", max_states) or given.states,
+            _positive("timeout", parse_duration(timeout) if isinstance(timeout, str) else timeout) or given.seconds,
+            _positive("max_memory", parse_size(max_memory) if isinstance(max_memory, str) else max_memory)
+            or given.memory_bytes,
+        )
+        checker = self._checker(
+            limits,
+            _positive("workers", workers) or self._settings.workers,
+            bool(self._settings.full if full is None else full),
+        )
+        if assertion is not None:
+            return checking.check(checker, self._script.assertion(assertion))
+        return [checking.check(checker, one) for one in self._script.assertions]
+
+    def evaluate(self, text: str) -> Any:
+        """The value of a CSPm expression in the script, as a Python value.
+
+        Integers, truth values and strings are themselves, sets are frozensets, sequences and tuples are tuples.
+
+        Raises:
+            ScriptError: the text is not an expression of this script, or evaluating it goes wrong.
+        """
+        return self._script.evaluate(text)
+
+    def process(self, text: str) -> Process:
+        """The process that a CSPm expression stands for.
+
+        Raises:
+            ScriptError: the text is not a process of this script.
+        """
+        return Process(self, text, self._script.process(text))
+
+    def _checker(self, limits: Limits, workers: int | None, full: bool) -> Checker:
+        """The checker for these settings; one keeps its machines for all assertions."""
+        key = (limits, workers, full)
+        if key not in self._checkers:
+            settings = checking.Settings(limits=limits, workers=workers, full=full)
+            self._checkers[key] = checking.checker_for(self._script, settings, checking.NoWatch())
+        return self._checkers[key]
+
+
+class Process:
+    """A process of a script. Create with :meth:`Script.process`."""
+
+    def __init__(self, owner: Script, text: str, term: process.Process) -> None:
+        self._owner = owner
+        self._text = text
+        self._term = term
+
+    def __repr__(self) -> str:
+        return f"<cspcheck.Process {self._text!r}>"
+
+    def lts(self, *, max_states: int | None = None) -> Machine:
+        """The explicit machine of the process: all of its reachable states, without any reduction.
+
+        Raises:
+            Incomplete: it has more than *max_states* states, or needs more memory than the machine can give.
+            ScriptError: the process cannot be evaluated, or applies a function that is not supported.
+            ValueError: *max_states* is not above zero.
+        """
+        from checker.messages import unsupported_function
+        from checker.transitions import UnsupportedOperator
+
+        checker = self._owner._checker(checking.limits(_positive("max_states", max_states)), None, True)
+        try:
+            return Machine(checker.lts(self._term), self._owner._script.events)
+        except UnsupportedOperator as unsupported:
+            raise ScriptError(unsupported_function(str(unsupported))) from None
+
+
+class Machine:
+    """An explicit labelled transition system. States are numbered from 0 in the order of discovery.
+
+    Attributes:
+        states: how many states there are.
+        transitions: how many transitions there are.
+        alphabet: the events that occur, in the order of declaration; ``tau`` and ``tick`` first.
+        initial: the number of the initial state.
+    """
+
+    def __init__(self, machine: Lts, events: EventTable) -> None:
+        self._machine = machine
+        self._names = {label: events.name(label) for label in machine.alphabet()}
+        self.states = machine.states
+        self.transitions = machine.transitions
+        self.alphabet = tuple(self._names.values())
+        self.initial = machine.root
+
+    def __repr__(self) -> str:
+        return f"<cspcheck.Machine with {self.states} states and {self.transitions} transitions>"
+
+    def successors(self, state: int) -> list[tuple[str, int]]:
+        """The (event, state) pairs that a state can go on with, in order of event and state.
+
+        Raises:
+            IndexError: there is no state with this number.
+        """
+        if not 0 <= state < self.states:
+            raise IndexError(f"there is no state {state}, only 0 to {self.states - 1}")
+        return [(self._names[label], target) for label, target in self._machine.successors(state)]
+
+    def edges(self) -> Iterator[tuple[int, str, int]]:
+        """All transitions as (state, event, state), in order."""
+        for state in range(self.states):
+            for event, target in self.successors(state):
+                yield state, event, target
+
+    def to_networkx(self) -> networkx.MultiDiGraph[int]:
+        """The machine as a graph: nodes are state numbers, edges have the attribute ``event``.
+
+        The graph has the attribute ``initial``.
+        """
+        import networkx
+
+        graph: networkx.MultiDiGraph[int] = networkx.MultiDiGraph(initial=self.initial)
+        graph.add_nodes_from(range(self.states))
+        graph.add_edges_from((source, target, {"event": event}) for source, event, target in self.edges())
+        return graph
+
+
+def _positive(name: str, value: N | None) -> N | None:
+    if value is not None and value <= 0:
+        raise ValueError(f"{name} must be above zero, not {value}")
+    return value
+
+
+__all__ = ["Machine", "Process", "Result", "Script", "ScriptError", "load", "loads"]

@@ -1,0 +1,87 @@
+"""``cspcheck examples``: the systems that come with cspcheck."""
+
+from __future__ import annotations
+
+import shutil
+from difflib import get_close_matches
+from pathlib import Path
+
+import click
+
+from cspcheck.messages import unknown_example, would_overwrite
+from cspm.diagnostics import ScriptError
+
+
+@click.command(short_help="List, print or copy the examples that come with cspcheck.")
+@click.argument("names", nargs=-1, metavar="[NAME]...")
+@click.option(
+    "--copy", "folder", type=click.Path(file_okay=False, path_type=Path), metavar="FOLDER", help="Copy to FOLDER."
+)
+def command(names: tuple[str, ...], folder: Path | None) -> None:
+    """List the examples; with NAME print its scripts; with --copy copy it (or all) to FOLDER.
+
+    NAME is an example, as in `rov`, or one of its files, as in `rov/rov.csp`.
+    """
+    root = specs()
+    found = [_find(root, name) for name in names]
+    if folder is not None:
+        _copy(root, found or [root / name for name in _examples(root)], folder)
+    elif found:
+        scripts = [script for place in found for script in _scripts(place)]
+        for script in scripts:
+            if len(scripts) > 1:
+                click.echo(f"-- {script.relative_to(root).as_posix()}")
+            click.echo(script.read_text(encoding="utf-8"), nl=False)
+    else:
+        width = max(map(len, _examples(root)), default=0)
+        for name in _examples(root):
+            click.echo(f"{name:<{width}}  {_title(root / name)}".rstrip())
+
+
+def specs() -> Path:
+    """The folder of the examples: inside the installed package, or beside it in a source tree."""
+    package = Path(__file__).resolve().parent.parent
+    inside = package / "specs"
+    return inside if inside.is_dir() else package.parent / "specs"
+
+
+def _examples(root: Path) -> list[str]:
+    return sorted(place.name for place in root.glob("*/") if _scripts(place)) if root.is_dir() else []
+
+
+def _scripts(place: Path) -> list[Path]:
+    return [place] if place.is_file() else sorted(place.rglob("*.csp"))
+
+
+def _find(root: Path, name: str) -> Path:
+    place = (root / name).resolve()
+    inside = place.is_relative_to(root.resolve()) and place != root.resolve()
+    if not inside or not place.exists() or not _scripts(place):
+        known = _examples(root)
+        raise ScriptError(unknown_example(name, get_close_matches(name, known, n=2)))
+    return place
+
+
+def _title(place: Path) -> str:
+    """The first line of comment of an example's main script: the one named like it, or else the first."""
+    scripts = _scripts(place)
+    main = next((script for script in scripts if script.stem == place.name), scripts[0])
+    for line in main.read_text(encoding="utf-8").splitlines():
+        if line.startswith(("--", "{-")):
+            return line.strip("{}- ")
+    return ""
+
+
+def _copy(root: Path, places: list[Path], folder: Path) -> None:
+    """Copy files and folders with their path below the examples; all or none."""
+    copies = [(place, folder / place.relative_to(root)) for place in places]
+    for _, target in copies:
+        if target.exists():
+            raise ScriptError(would_overwrite(str(target)))
+    for place, target in copies:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if place.is_dir():
+            shutil.copytree(place, target)
+        else:
+            shutil.copyfile(place, target)
+        click.echo(str(target))

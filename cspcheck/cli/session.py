@@ -1,0 +1,177 @@
+"""One run of the command over scripts: what is loaded and checked, where it is told, and what the exit code will be."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING
+
+from cspcheck.cli.failure import InternalErrors
+from cspcheck.cli.progress import ProgressLine
+from cspcheck.messages import empty_folder, no_assertions, nothing_selected
+from cspcheck.report.style import ColorChoice, style_for
+from cspcheck.result import Exit, Result, Summary, exit_of, worst
+from cspcheck.selection import EmptyFolder, Pattern, Target, select
+from cspm.diagnostics import Diagnostic, ScriptError, Severity
+
+if TYPE_CHECKING:
+    from cspcheck.checking import Settings
+    from cspcheck.report import Report
+    from cspm.script import Assertion, Script
+
+
+class Session:
+    """The scripts of one command, one after the other. A bad one does not keep the others from being checked."""
+
+    def __init__(
+        self,
+        settings: Settings,
+        report: Report,
+        *,
+        patterns: Sequence[Pattern] = (),
+        color: ColorChoice = "auto",
+        verbosity: int = 0,
+    ) -> None:
+        self._settings = settings
+        self._report = report
+        self._patterns = patterns
+        self._verbosity = verbosity
+        self._remarks = sys.stderr
+        self._style = style_for(sys.stderr, color)
+        self.progress = ProgressLine(sys.stderr, self._style, quiet=verbosity < 0)
+        self.summary = Summary.empty()
+        self._codes: list[Exit] = []
+        self._internal_errors = InternalErrors(sys.argv[1:], verbose=verbosity > 0)
+
+    def check(self, targets: Iterable[Target | EmptyFolder]) -> Exit:
+        """Check the selected assertions of all targets."""
+        selected = 0
+        missed: list[tuple[Target, Script]] = []
+
+        def check_one(target: Target) -> None:
+            nonlocal selected
+            script = self._load(target)
+            if script is None:
+                return
+            chosen = select(script.assertions, target.lines, self._patterns)
+            selected += len(chosen)
+            if not chosen:
+                missed.append((target, script))
+                return
+            self._report.script(script.source.name, script.printed)
+            self._check(script, chosen)
+
+        interrupted = self._each(targets, check_one)
+        if not interrupted:
+            self._explain_missed(missed, selected)
+            if not selected:
+                self._codes.append(Exit.NOTHING)
+        return self._end(interrupted)
+
+    def typecheck(self, targets: Iterable[Target | EmptyFolder]) -> Exit:
+        """Load all targets and say what is wrong with them, without checking an assertion."""
+
+        def load_one(target: Target) -> None:
+            script = self._load(target)
+            if script is not None:
+                self._report.script(script.source.name)
+
+        return self._end(self._each(targets, load_one))
+
+    def say(self, diagnostics: Sequence[Diagnostic]) -> None:
+        """Diagnostics, into the report if it carries them, else to standard error. Warnings are not for the quiet."""
+        if self._verbosity < 0:
+            diagnostics = [d for d in diagnostics if d.severity is Severity.ERROR]
+        if not diagnostics:
+            return
+        self._report.diagnostics(diagnostics)
+        if not self._report.carries_diagnostics:
+            self._remark(diagnostics)
+
+    def _remark(self, diagnostics: Sequence[Diagnostic]) -> None:
+        """Diagnostics to standard error."""
+        from cspcheck.report.diagnostics import render_diagnostics
+
+        self.progress.erase()
+        self._remarks.write(render_diagnostics(diagnostics, self._style))
+        self._remarks.flush()
+
+    def _each(self, targets: Iterable[Target | EmptyFolder], do: Callable[[Target], None]) -> bool:
+        """Do something with each target; whether it was interrupted."""
+        try:
+            for target in targets:
+                if isinstance(target, EmptyFolder):
+                    self.say([empty_folder(target.path)])
+                    continue
+                self._guarded(f"reading `{target.path}`", lambda target=target: do(target))  # type: ignore[misc]
+        except KeyboardInterrupt:
+            self.progress.erase()
+            return True
+        return False
+
+    def _guarded(self, doing: str, do: Callable[[], None]) -> None:
+        """Do something in which an exception of any kind but an interrupt is our mistake."""
+        try:
+            do()
+        except (KeyboardInterrupt, BrokenPipeError):
+            raise
+        except Exception as error:
+            self._codes.append(Exit.INTERNAL)
+            self.summary.add_broken_script()
+            self.say([self._internal_errors.report(error, doing)])
+
+    def _load(self, target: Target) -> Script | None:
+        from cspcheck.checking import load
+
+        try:
+            script = load(target.path, self._settings)
+        except ScriptError as error:
+            self.summary.add_broken_script()
+            self._codes.append(Exit.NOT_RUN)
+            self.say(error.diagnostics)
+            return None
+        self.say(script.warnings)
+        return script
+
+    def _check(self, script: Script, assertions: Sequence[Assertion]) -> None:
+        from cspcheck.checking import check, checker_for
+
+        checker = checker_for(script, self._settings, self.progress)
+        for assertion in assertions:
+
+            def check_one(assertion: Assertion = assertion) -> None:
+                self.progress.begin(assertion.text)
+                try:
+                    result = check(checker, assertion)
+                finally:
+                    self.progress.done()
+                self._take(result)
+
+            self._guarded(f"checking `{assertion.text}`", check_one)
+
+    def _take(self, result: Result) -> None:
+        self.summary.add(result)
+        self._codes.append(exit_of(result))
+        self._report.result(result)
+        if result.diagnostics and not self._report.carries_diagnostics:
+            self._remark(result.diagnostics)
+
+    def _explain_missed(self, missed: Sequence[tuple[Target, Script]], selected: int) -> None:
+        """Say why scripts that the user named had nothing to check."""
+        for target, script in missed:
+            if not script.assertions:
+                if target.named:
+                    self.say([no_assertions(script.source.name)])
+            elif not selected or target.lines is not None:
+                places = [f"{script.source.name}:{line}" for line in sorted(target.lines or ())]
+                texts = [f"{a.span.source.name}:{a.span.line}: {a.text}" for a in script.assertions]
+                self.say([nothing_selected([*places, *(p.text for p in self._patterns)], texts)])
+
+    def _end(self, interrupted: bool) -> Exit:
+        self.summary.seconds = time.perf_counter() - _START
+        self._report.end(self.summary, interrupted=interrupted)
+        return Exit.INTERRUPTED if interrupted else worst(self._codes)
+
+
+_START = time.perf_counter()

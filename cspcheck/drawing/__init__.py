@@ -1,0 +1,1 @@
+"""Pictures of machines, architectures and counterexamples, drawn without any program beside Python."""

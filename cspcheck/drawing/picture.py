@@ -1,0 +1,45 @@
+"""A graph with words on it: what all formats of a picture are made from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+NodeKind = Literal["state", "initial", "deadlock", "terminated", "component", "junction"]
+EdgeKind = Literal["event", "tau", "channel"]
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """A box or circle with a label; ``hint`` is shown where the format can show more (a tooltip)."""
+
+    label: str
+    kind: NodeKind = "state"
+    hint: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """An arrow (a line for ``channel``) with the labels on it."""
+
+    source: int
+    target: int
+    labels: tuple[str, ...]
+    kind: EdgeKind = "event"
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A titled graph; node 0 is where reading starts."""
+
+    title: str
+    nodes: tuple[Node, ...]
+    edges: tuple[Edge, ...]
+
+
+def folded(labels: Sequence[str], most: int = 3) -> list[str]:
+    """The lines of an edge's label: the first few, and how many more there are."""
+    if len(labels) <= most + 1:
+        return list(labels)
+    return [*labels[:most], f"and {len(labels) - most} more"]

@@ -1,0 +1,152 @@
+"""Mistakes in the use of the tool, and the tool's own (CSP9xx): one builder each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from cspm.diagnostics import Diagnostic, Severity, mistake
+
+
+@mistake(
+    "CSP900",
+    "internal error",
+    explanation="""
+Something went wrong in cspcheck itself. It says nothing about your script: no verdict was reached. The exit code is 4.
+""",
+    example="there is no example: if we knew one, it would be repaired",
+    repair="""
+report it with the script, the command line and the traceback; until it is repaired, a smaller script or `--full` (which
+turns the reductions off) may get you further
+""",
+)
+def internal_error(kind: str, message: str, doing: str) -> Diagnostic:
+    """*kind* and *message* of the exception; *doing*: what was going on, as in ``checking `P :[deadlock free]```."""
+    text = f"internal error while {doing}: {kind}" + (f": {message}" if message else "")
+    return Diagnostic("CSP900", text)
+
+
+@mistake(
+    "CSP901",
+    "wrong use of the command",
+    explanation="The command line has an option or a value that cspcheck does not understand. Nothing was checked.",
+    example="cspcheck rov.csp --timeout soon",
+    repair="cspcheck rov.csp --timeout 5m",
+)
+def wrong_usage(message: str, command: str) -> Diagnostic:
+    """*message* says what is wrong; *command* is the one whose help to read."""
+    return Diagnostic("CSP901", message, help=f"`{command} --help` lists what there is")
+
+
+@mistake(
+    "CSP902",
+    "no assertions",
+    explanation="The script has no `assert`, so there is nothing to check in it.",
+    example="""
+channel a
+P = a -> P
+""",
+    repair="""
+channel a
+P = a -> P
+assert P :[deadlock free]
+""",
+)
+def no_assertions(name: str) -> Diagnostic:
+    """The script *name* has no assertion."""
+    return Diagnostic(
+        "CSP902",
+        f"`{name}` has no assertions",
+        severity=Severity.WARNING,
+        help="add one, as in `assert P :[deadlock free]`, or use `cspcheck typecheck`",
+    )
+
+
+@mistake(
+    "CSP903",
+    "no assertion selected",
+    explanation="""
+`--assert PATTERN` and `FILE:LINE` select assertions, and none was left. A pattern matches where it occurs in the text
+of an assertion; `*` stands for any characters, blanks do not count. A line matches when the assertion stands on it.
+""",
+    example="cspcheck rov.csp --assert 'deadlock-free'",
+    repair="cspcheck rov.csp --assert 'deadlock free'",
+)
+def nothing_selected(patterns: Sequence[str], texts: Sequence[str]) -> Diagnostic:
+    """*patterns* and lines were asked for; *texts* are the assertions that there are."""
+    asked = f" for {', '.join(f'`{p}`' for p in patterns)}" if patterns else ""
+    notes = ("the assertions are\n" + "\n".join(texts[:10]) + ("\n..." if len(texts) > 10 else ""),) if texts else ()
+    return Diagnostic("CSP903", f"no assertion selected{asked}", severity=Severity.WARNING, notes=notes)
+
+
+@mistake(
+    "CSP904",
+    "a folder without scripts",
+    explanation="A folder stands for the `.csp` files below it, and this one has none.",
+    example="cspcheck docs",
+    repair="cspcheck specs",
+)
+def empty_folder(name: str) -> Diagnostic:
+    """There is no script below the folder *name*."""
+    return Diagnostic("CSP904", f"no `.csp` files below `{name}`", severity=Severity.WARNING)
+
+
+@mistake(
+    "CSP905",
+    "the result cannot be written",
+    explanation="The file named with `-o` cannot be created: its folder is missing, or may not be written.",
+    example="cspcheck rov.csp -o no/such/folder/result.json",
+    repair="cspcheck rov.csp -o result.json",
+)
+def cannot_write(name: str, reason: str) -> Diagnostic:
+    """The file *name* cannot be written; *reason* is the system's word for why."""
+    return Diagnostic("CSP905", f"cannot write `{name}`: {reason}")
+
+
+@mistake(
+    "CSP906",
+    "unknown code",
+    explanation="`cspcheck explain` knows the codes that stand in square brackets behind `error` and `warning`.",
+    example="cspcheck explain CSP2",
+    repair="cspcheck explain CSP201",
+)
+def unknown_code(code: str, close: Sequence[str]) -> Diagnostic:
+    """There is no mistake with this code; *close* are some that look like it."""
+    hint = f"did you mean {' or '.join(f'`{c}`' for c in close)}?" if close else "`cspcheck explain` lists the codes"
+    return Diagnostic("CSP906", f"there is no code `{code}`", help=hint)
+
+
+@mistake(
+    "CSP907",
+    "unknown example",
+    explanation="`cspcheck examples` lists the examples that come with cspcheck.",
+    example="cspcheck examples submarine",
+    repair="cspcheck examples rov",
+)
+def unknown_example(name: str, close: Sequence[str]) -> Diagnostic:
+    """There is no example of this name; *close* are some that look like it."""
+    hint = f"did you mean {' or '.join(f'`{c}`' for c in close)}?" if close else "`cspcheck examples` lists them"
+    return Diagnostic("CSP907", f"there is no example `{name}`", help=hint)
+
+
+@mistake(
+    "CSP908",
+    "a copy would overwrite",
+    explanation="`--copy` writes new files only; what is there already stays as it is, and nothing was copied.",
+    example="cspcheck examples rov --copy . (where `./rov` exists)",
+    repair="cspcheck examples rov --copy new-folder",
+)
+def would_overwrite(name: str) -> Diagnostic:
+    """The file or folder *name* exists."""
+    return Diagnostic("CSP908", f"`{name}` exists already", help="copy to another folder, or remove it first")
+
+
+@mistake(
+    "CSP909",
+    "a kind of file that cannot be checked",
+    explanation="cspcheck reads CSPm scripts (`.csp`). Files of other kinds, known by their name, are not read.",
+    example="cspcheck paper.tex",
+    repair="cspcheck script.csp",
+)
+def unknown_kind(name: str, suffix: str) -> Diagnostic:
+    """The file *name* ends with *suffix*, which stands for something that is not a script."""
+    return Diagnostic("CSP909", f"`{name}` is not a CSPm script: `{suffix}` files cannot be checked")

@@ -1,0 +1,268 @@
+"""Scripts as tests: one item for each assertion, and the fixture ``csp``.
+
+pytest loads this module in every run of everybody who has cspcheck installed. It therefore imports nothing of ours,
+and nothing large, until there is a script to collect.
+
+``.csp`` files are collected where the command line names them or a folder that they are in. With the ini option
+``csp_files`` set, files in folders are collected where one of its patterns matches, however the folder came to be
+searched; files that are named are collected all the same.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from fnmatch import fnmatch
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from checker.check import Checker
+    from cspcheck.api import Script
+    from cspcheck.checking import Settings
+    from cspcheck.result import Result
+    from cspm import script
+
+SUFFIX = ".csp"
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """The options and the ini setting."""
+    group = parser.getgroup("csp", "CSPm scripts (cspcheck)")
+    group.addoption("--csp-full", action="store_true", help="explore the whole state space of every assertion")
+    group.addoption("--csp-timeout", metavar="TIME", help="give up an assertion after TIME (90s, 5m, 1h)")
+    group.addoption("--csp-max-states", metavar="N", help="give up an assertion with more than N states")
+    group.addoption("--csp-max-memory", metavar="SIZE", help="give up an assertion that needs more (512MiB, 8GiB)")
+    group.addoption("--csp-workers", metavar="N", help="search threads (default: the machine's cores)")
+    group.addoption(
+        "--csp-define", metavar="NAME=EXPR", action="append", default=[], help="override a constant of the scripts"
+    )
+    group.addoption("--csp-no-typecheck", action="store_true", help="skip the type checker")
+    parser.addini(
+        "csp_files",
+        "patterns of the .csp files to collect from folders, relative to the root folder (specs/**/*.csp)",
+        type="args",
+        default=None,
+    )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Refuse options that mean nothing before anything runs."""
+    if any(config.getoption(name) for name in ("csp_timeout", "csp_max_states", "csp_max_memory", "csp_workers")) or (
+        config.getoption("csp_define")
+    ):
+        _settings(config)
+
+
+def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> ScriptFile | None:
+    """A script, if it is one that is meant."""
+    if file_path.suffix != SUFFIX or not _is_meant(file_path, parent.config):
+        return None
+    return ScriptFile.from_parent(parent, path=file_path)
+
+
+def _is_meant(path: Path, config: pytest.Config) -> bool:
+    named = _named(config)
+    if path in named:
+        return True
+    patterns = config.getini("csp_files")
+    if patterns is not None:
+        try:
+            relative = path.relative_to(config.rootpath).as_posix()
+        except ValueError:
+            return False
+        return any(_matches(relative, pattern) for pattern in patterns)
+    folders = [folder for folder in named if folder in path.parents]
+    return bool(folders) and not any(path in _included_below(folder, config) for folder in folders)
+
+
+def _named(config: pytest.Config) -> list[Path]:
+    """The files and folders that the command line names; none if it names nothing and ``testpaths`` decides."""
+    if config.args_source is not pytest.Config.ArgsSource.ARGS:
+        return []
+    base = config.invocation_params.dir
+    return [Path(os.path.abspath(base / argument.split("::", 1)[0])) for argument in config.args]
+
+
+def _matches(path: str, pattern: str) -> bool:
+    """Whether a relative path matches, where ``**/`` also stands for no folder at all."""
+    return fnmatch(path, pattern) or ("**/" in pattern and fnmatch(path, pattern.replace("**/", "")))
+
+
+_INCLUDED: pytest.StashKey[dict[Path, frozenset[Path]]] = pytest.StashKey()
+
+
+def _included_below(folder: Path, config: pytest.Config) -> frozenset[Path]:
+    """The scripts below a folder that others there include: they are parts of those, not tests of their own."""
+    known = config.stash.setdefault(_INCLUDED, {})
+    if folder not in known:
+        from cspcheck.selection import all_below, scripts_below
+
+        whole = set(scripts_below(str(folder)))
+        known[folder] = frozenset(Path(path) for path in all_below(str(folder)) if path not in whole)
+    return known[folder]
+
+
+def _settings(config: pytest.Config) -> Settings:
+    """How scripts are to be checked.
+
+    Raises:
+        pytest.UsageError: an option has a value that means nothing.
+    """
+    from cspcheck.checking import Settings, limits
+    from cspcheck.quantities import parse_duration, parse_size
+
+    try:
+        seconds, size = config.getoption("csp_timeout"), config.getoption("csp_max_memory")
+        definitions: dict[str, str] = {}
+        for definition in config.getoption("csp_define"):
+            name, equals, expression = definition.partition("=")
+            if not equals or not name.strip() or not expression.strip():
+                raise ValueError(f"`{definition}` is not NAME=EXPR")
+            definitions[name.strip()] = expression.strip()
+        return Settings(
+            limits=limits(
+                _positive("--csp-max-states", config.getoption("csp_max_states")),
+                None if seconds is None else parse_duration(seconds),
+                None if size is None else parse_size(size),
+            ),
+            workers=_positive("--csp-workers", config.getoption("csp_workers")),
+            full=config.getoption("csp_full"),
+            definitions=definitions,
+            typecheck=not config.getoption("csp_no_typecheck"),
+        )
+    except ValueError as error:
+        raise pytest.UsageError(f"cspcheck: {error}") from None
+
+
+def _positive(option: str, text: str | None) -> int | None:
+    if text is None:
+        return None
+    if not text.isdecimal() or int(text) == 0:
+        raise ValueError(f"{option} wants a whole number above zero, not `{text}`")
+    return int(text)
+
+
+class ScriptFile(pytest.File):
+    """A script. Its items share one checker, and with it the machines of their processes."""
+
+    _loaded: script.Script
+    _checker: Checker | None = None
+
+    def collect(self) -> Iterator[AssertionItem]:
+        """One item for each assertion; a second one with the same text has its line in its name."""
+        from cspcheck.checking import load
+        from cspm.diagnostics import ScriptError
+
+        try:
+            self._loaded = load(_shown(self.path), _settings(self.config))
+        except ScriptError as error:
+            raise self.CollectError(_render(error.diagnostics, self.config)) from None
+        for warning in self._loaded.warnings:
+            self.warn(ScriptWarning(_render([warning], None)))
+        names: set[str] = set()
+        for assertion in self._loaded.assertions:
+            name = " ".join(assertion.text.split())
+            if name in names:
+                name = f"{name} (line {assertion.span.line})"
+            names.add(name)
+            yield AssertionItem.from_parent(self, name=name, assertion=assertion)
+
+    def check(self, assertion: script.Assertion) -> Result:
+        """The answer to one of the assertions."""
+        from cspcheck.checking import NoWatch, check, checker_for
+
+        if self._checker is None:
+            self._checker = checker_for(self._loaded, _settings(self.config), NoWatch())
+        return check(self._checker, assertion)
+
+
+class AssertionItem(pytest.Item):
+    """An assertion. It passes when the verdict is the one that the script expects."""
+
+    def __init__(self, *, assertion: script.Assertion, **arguments: Any) -> None:
+        super().__init__(**arguments)
+        self._assertion = assertion
+
+    def runtest(self) -> None:
+        """Check the assertion."""
+        assert isinstance(self.parent, ScriptFile)
+        result = self.parent.check(self._assertion)
+        self.user_properties.extend([("states", result.states), ("transitions", result.transitions)])
+        if not result.as_expected:
+            raise NotAsExpected(result)
+
+    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
+        """What the command line shows; for a mistake of ours, the frames."""
+        if isinstance(excinfo.value, NotAsExpected):
+            from cspcheck.report.full import explain
+            from cspcheck.report.style import Style
+
+            return explain(excinfo.value.result, Style(color=_has_color(self.config)))
+        return super().repr_failure(excinfo, style)
+
+    def reportinfo(self) -> tuple[os.PathLike[str] | str, int | None, str]:
+        """Where the assertion stands."""
+        return self.path, self._assertion.span.line - 1, f"{self.path.name}::{self.name}"
+
+
+class NotAsExpected(Exception):
+    """An assertion whose verdict is not the one that the script expects."""
+
+    def __init__(self, result: Result) -> None:
+        super().__init__(f"{result.assertion}: {result.verdict}")
+        self.result = result
+
+
+class ScriptWarning(pytest.PytestWarning):
+    """Something odd about a script."""
+
+
+def _shown(path: Path) -> str:
+    """A path as the user would write it: relative to the current folder if it is below it."""
+    try:
+        return str(path.relative_to(Path.cwd()))
+    except ValueError:
+        return str(path)
+
+
+def _has_color(config: pytest.Config) -> bool:
+    return bool(config.get_terminal_writer().hasmarkup)
+
+
+def _render(diagnostics: Any, config: pytest.Config | None) -> str:
+    from cspcheck.report.diagnostics import render_diagnostics
+    from cspcheck.report.style import Style
+
+    return render_diagnostics(diagnostics, Style(color=config is not None and _has_color(config))).rstrip()
+
+
+class Scripts:
+    """What the fixture ``csp`` gives."""
+
+    def __init__(self, config: pytest.Config) -> None:
+        self._config = config
+
+    def load(self, path: str | os.PathLike[str], *, definitions: Mapping[str, object] | None = None) -> Script:
+        """A script, as :func:`cspcheck.load` gives it, with the ``--csp-`` options as its defaults.
+
+        A relative path is looked up in the current folder, then in pytest's root folder.
+
+        Raises:
+            ScriptError: the file cannot be read, or there is an error in the script.
+        """
+        from cspcheck.api import load_with
+
+        place = Path(path)
+        if not place.is_absolute() and not place.exists():
+            rooted = self._config.rootpath / place
+            place = rooted if rooted.exists() else place
+        return load_with(os.fspath(place), _settings(self._config), definitions or {})
+
+
+@pytest.fixture(scope="session")
+def csp(pytestconfig: pytest.Config) -> Scripts:
+    """Load CSPm scripts: ``csp.load("spec.csp").check()``."""
+    return Scripts(pytestconfig)

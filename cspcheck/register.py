@@ -1,0 +1,45 @@
+"""All mistakes that can be told: the register of ``cspm.diagnostics``, filled by importing every module of messages."""
+
+from __future__ import annotations
+
+import pkgutil
+from difflib import get_close_matches
+from importlib import import_module
+
+from cspm.diagnostics import MISTAKES, Mistake
+
+PHASES = {
+    "0": "Files and characters",
+    "1": "Syntax",
+    "2": "Names",
+    "3": "Types",
+    "4": "Evaluation",
+    "5": "Processes and machines",
+    "6": "Classes (CSP-OZ)",
+    "7": "Proof",
+    "8": "Generated programs",
+    "9": "The tool",
+}
+"""Titles of the hundreds of codes."""
+
+
+def all_mistakes() -> list[Mistake]:
+    """Every mistake, by code."""
+    import cspm.messages
+
+    for module in pkgutil.iter_modules(cspm.messages.__path__, "cspm.messages."):
+        import_module(module.name)
+    import_module("checker.messages")
+    import_module("cspcheck.messages")
+    return [MISTAKES[code] for code in sorted(MISTAKES)]
+
+
+def find(code: str) -> Mistake | None:
+    """The mistake of a code, however it is written: ``CSP201``, ``csp201``, ``201``, ``error[CSP201]``."""
+    digits = "".join(character for character in code if character.isdigit())
+    return next((m for m in all_mistakes() if digits and m.code == f"CSP{digits.zfill(3)}"), None)
+
+
+def close_codes(code: str) -> list[str]:
+    """Codes that look like *code*."""
+    return get_close_matches(code.upper(), [m.code for m in all_mistakes()], n=3, cutoff=0.6)

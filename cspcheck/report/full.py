@@ -1,0 +1,135 @@
+"""``full``: for people. A line for each assertion, what is wrong below it, a summary at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+
+from checker.verdict import Verdict
+from cspcheck.quantities import count, show_seconds
+from cspcheck.report.diagnostics import render_diagnostic
+from cspcheck.report.explanation import Detail, explanation
+from cspcheck.report.style import PLAIN, Style, columns, harmless
+from cspcheck.result import Result, Summary
+from cspm.diagnostics import Diagnostic
+
+_MARKS = {"pass": "✓", "fail": "✗", "unknown": "?", "error": "!"}
+_ASCII_MARKS = {"pass": "+", "fail": "x", "unknown": "?", "error": "!"}
+_COLORS = {"pass": "green", "fail": "red", "unknown": "yellow", "error": "red"}
+
+
+class FullReport:
+    """The report for people.
+
+    *verbosity* below 0 leaves out what is as it should be; above 0 nothing is folded and the behaviour behind an
+    expected failure is shown too.
+    """
+
+    carries_diagnostics = False
+
+    def __init__(self, write: Callable[[str], object], style: Style = PLAIN, verbosity: int = 0) -> None:
+        self._write = write
+        self._style = style
+        self._verbosity = verbosity
+        self._begun = False
+        self._gap = False
+        self._heading: str | None = None
+
+    def script(self, name: str, printed: Sequence[str] = ()) -> None:
+        """A script has been loaded; its results follow. *printed* is what its ``print`` lines say."""
+        self._heading = name
+        if self._verbosity >= 0:
+            self._head()
+            for line in printed:
+                self._line(f"  {harmless(line)}")
+
+    def diagnostics(self, diagnostics: Iterable[Diagnostic]) -> None:
+        """Nothing: this report leaves diagnostics to standard error."""
+
+    def result(self, result: Result) -> None:
+        """One assertion's answer."""
+        if self._verbosity < 0 and result.as_expected:
+            return
+        self._head()
+        self._line(headline(result, self._style))
+        lines = _below(result, self._style, self._verbosity)
+        for line in lines:
+            self._line(f"  {line}".rstrip())
+        self._gap = len(lines) > 1
+
+    def end(self, summary: Summary, *, interrupted: bool = False) -> None:
+        """The summary line."""
+        if self._verbosity < 0:
+            return
+        self._gap = self._begun
+        self._line(summary_line(summary, self._style, interrupted=interrupted))
+
+    def _head(self) -> None:
+        if self._heading is not None:
+            self._gap = self._begun
+            self._line(self._style.paint(harmless(self._heading), "bold"))
+            self._heading = None
+
+    def _line(self, text: str) -> None:
+        self._write("\n" * self._gap + text + "\n")
+        self._begun, self._gap = True, False
+
+
+def headline(result: Result, style: Style) -> str:
+    """Mark, assertion, and what it took; on two lines where one is too narrow."""
+    looks = "pass" if result.as_expected else "fail" if result.verdict is Verdict.PASS else result.verdict.value
+    mark = style.paint((_MARKS if style.unicode else _ASCII_MARKS)[looks], "bold", _COLORS[looks])
+    text = harmless(" ".join(result.assertion.split()))
+    took = _took(result)
+    gap = style.width - 2 - columns(text) - columns(took)
+    if gap >= 2:
+        return f"{mark} {text}{' ' * gap}{style.paint(took, 'dim')}"
+    return f"{mark} {text}\n{' ' * (style.width - columns(took))}{style.paint(took, 'dim')}"
+
+
+def _took(result: Result) -> str:
+    seconds = show_seconds(result.seconds)
+    if not result.states and not result.transitions:
+        return seconds
+    return f"{count(result.states, 'state')}, {count(result.transitions, 'transition')}, {seconds}"
+
+
+def _below(result: Result, style: Style, verbosity: int) -> list[str]:
+    """The lines below the headline: nothing for a pass, a sentence where the script expects what came out."""
+    if result.verdict is Verdict.PASS and result.as_expected and verbosity <= 0:
+        return []
+    detail: Detail = "whole" if verbosity > 0 else "sentence" if result.as_expected else "folded"
+    return explained(result, style, detail, "-v shows them")
+
+
+def explained(result: Result, style: Style, detail: Detail = "folded", hint: str = "") -> list[str]:
+    """Where the assertion stands, and the explanation; nothing where there is nothing to explain."""
+    lines = explanation(result, style, detail, hint)
+    if lines and not result.as_expected and result.line:
+        lines.insert(0, style.paint(f"--> {harmless(result.file)}:{result.line}", "dim"))
+    return lines
+
+
+def summary_line(summary: Summary, style: Style, *, interrupted: bool = False) -> str:
+    """``3 assertions: 2 pass, 1 fail (expected), in 1.20 s``."""
+    parts = [
+        style.paint(f"{number:,} {verdict}", _COLORS[verdict] if verdict != "pass" else "green")
+        for verdict, number in summary.verdicts.items()
+        if number
+    ]
+    text = ", ".join(parts) or "nothing was checked"
+    if interrupted:
+        text = style.paint("interrupted", "bold", "yellow") + f"; until then: {text}"
+    total = sum(summary.verdicts.values())
+    if total and not summary.unexpected and summary.verdicts["pass"] != total:
+        text += ", all as expected"
+    elif summary.unexpected and summary.unexpected != total - summary.verdicts["pass"]:
+        text += f", {summary.unexpected:,} not as expected"
+    return f"{text}, in {show_seconds(summary.seconds)}"
+
+
+def explain(result: Result, style: Style = PLAIN) -> str:
+    """One result as this report shows it, with its diagnostics; without a line break at the end."""
+    lines = [headline(result, style), *(f"  {line}".rstrip() for line in explained(result, style))]
+    for diagnostic in result.diagnostics:
+        lines += ["", render_diagnostic(diagnostic, style)]
+    return "\n".join(lines)

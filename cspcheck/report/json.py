@@ -1,0 +1,133 @@
+"""``json`` and ``jsonl``: for programs. The documents of the schema ``cspcheck/1``."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+from checker.verdict import Counterexample
+from cspcheck.result import Result, Summary
+from cspm.diagnostics import Diagnostic
+
+SCHEMA = "cspcheck/1"
+
+
+class JsonReport:
+    """One document, written when everything is known."""
+
+    carries_diagnostics = True
+
+    def __init__(self, write: Callable[[str], object], version: str) -> None:
+        self._write = write
+        self._version = version
+        self._results: list[dict[str, Any]] = []
+        self._diagnostics: list[dict[str, Any]] = []
+
+    def script(self, name: str, printed: Sequence[str] = ()) -> None:
+        """Nothing: each result names its file."""
+
+    def diagnostics(self, diagnostics: Iterable[Diagnostic]) -> None:
+        """Errors and warnings of a script."""
+        self._diagnostics.extend(map(diagnostic_object, diagnostics))
+
+    def result(self, result: Result) -> None:
+        """One assertion's answer."""
+        self._results.append(result_object(result))
+        self.diagnostics(result.diagnostics)
+
+    def end(self, summary: Summary, *, interrupted: bool = False) -> None:
+        """Write the document."""
+        document = {
+            "schema": SCHEMA,
+            "version": self._version,
+            "results": self._results,
+            "diagnostics": self._diagnostics,
+            "summary": summary.verdicts,
+        }
+        self._write(json.dumps(document, indent=2) + "\n")
+
+
+class JsonLinesReport:
+    """The objects of the document, results and diagnostics, one a line as they come."""
+
+    carries_diagnostics = True
+
+    def __init__(self, write: Callable[[str], object]) -> None:
+        self._write = write
+
+    def script(self, name: str, printed: Sequence[str] = ()) -> None:
+        """Nothing: each result names its file."""
+
+    def diagnostics(self, diagnostics: Iterable[Diagnostic]) -> None:
+        """Errors and warnings of a script."""
+        for diagnostic in diagnostics:
+            self._write(json.dumps(diagnostic_object(diagnostic)) + "\n")
+
+    def result(self, result: Result) -> None:
+        """One assertion's answer."""
+        self._write(json.dumps(result_object(result)) + "\n")
+        self.diagnostics(result.diagnostics)
+
+    def end(self, summary: Summary, *, interrupted: bool = False) -> None:
+        """Nothing: every line stands for itself."""
+
+
+def result_object(result: Result) -> dict[str, Any]:
+    """A result as the schema writes it."""
+    counterexample = result.counterexample
+    return {
+        "file": result.file,
+        "line": result.line,
+        "assertion": result.assertion,
+        "kind": result.kind,
+        "model": result.model,
+        "verdict": result.verdict.value,
+        "expected": result.expected.value,
+        "reason": result.reason,
+        "states": result.states,
+        "transitions": result.transitions,
+        "seconds": round(result.seconds, 6),
+        "peak_memory_bytes": result.peak_memory_bytes,
+        "counterexample": None if counterexample is None else counterexample_object(counterexample),
+    }
+
+
+def counterexample_object(counterexample: Counterexample) -> dict[str, Any]:
+    """A counterexample as the schema writes it."""
+    return {
+        "kind": counterexample.kind,
+        "trace": list(counterexample.trace),
+        "event": counterexample.event,
+        "refusal": None if counterexample.refusal is None else list(counterexample.refusal),
+        "allowed": None if counterexample.allowed is None else [list(events) for events in counterexample.allowed],
+        "loop": None if counterexample.loop is None else list(counterexample.loop),
+        "components": [
+            {
+                "name": component.name,
+                "trace": list(component.trace),
+                "state": component.state,
+                "line": component.line,
+                "offers": list(component.offers),
+                "waiting_for": list(component.waiting_for),
+            }
+            for component in counterexample.components
+        ],
+        "values": counterexample.values,
+    }
+
+
+def diagnostic_object(diagnostic: Diagnostic) -> dict[str, Any]:
+    """A diagnostic as the schema writes it."""
+    span = diagnostic.span
+    return {
+        "severity": diagnostic.severity.value,
+        "code": diagnostic.code,
+        "message": diagnostic.message,
+        "file": None if span is None else span.source.name,
+        "line": None if span is None else span.line,
+        "column": None if span is None else span.column,
+        "end_line": None if span is None else span.end_line,
+        "end_column": None if span is None else span.end_column,
+        "help": diagnostic.help,
+    }

@@ -1,0 +1,227 @@
+"""The heart of the evaluator: syntax trees become Python closures, each form by the function registered for it.
+
+A form can be compiled for four uses:
+
+* as a *value*: code that gives an evaluated value,
+* as a *process*: code that gives a process term without evaluating what is only named there,
+* as a *condition*: code that gives a Python truth value,
+* *delayed*: code that gives a value if that costs nothing, otherwise a thunk.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from cspm import process, syntax
+from cspm.diagnostics import ScriptError
+from cspm.dots import Channels, Dotted
+from cspm.evaluator.builtins_data import as_sequence
+from cspm.evaluator.builtins_processes import as_event, builtins_for
+from cspm.evaluator.frames import Frame
+from cspm.evaluator.sorts import Sorts
+from cspm.evaluator.strictness import Strictness
+from cspm.events import EventSet
+from cspm.failure import Failure
+from cspm.messages import evaluation as messages
+from cspm.names import Names
+from cspm.process import Process
+from cspm.recursion import FRAMES
+from cspm.sets import event_set
+from cspm.source import Span
+from cspm.thunks import Code, Env, Thunk
+from cspm.values import FALSE, TRUE, Boolean
+
+if TYPE_CHECKING:
+    from cspm.inference import Types
+
+T = TypeVar("T")
+Condition = Callable[[Env], bool]
+Compile = Callable[["Evaluator", Any, Frame], Any]
+
+VALUES: dict[type[syntax.Node], Compile] = {}
+"""How each form is compiled as a value."""
+PROCESSES: dict[type[syntax.Node], Compile] = {}
+"""How each form is compiled as a process; the others are compiled as values and must turn out to be processes."""
+CONDITIONS: dict[type[syntax.Node], Compile] = {}
+"""How some forms are compiled as conditions more directly than by way of a Boolean."""
+DELAYED: dict[type[syntax.Node], Compile] = {}
+"""How the forms are compiled that need no thunk."""
+
+PROCESS_TYPES = frozenset(
+    kind for kind in vars(process).values() if isinstance(kind, type) and issubclass(kind, Process)
+)
+
+
+def compiles(table: dict[type[syntax.Node], Compile], *kinds: type[syntax.Node]) -> Callable[[Compile], Compile]:
+    """Register the decorated function in *table* for the forms *kinds*."""
+
+    def register(function: Compile) -> Compile:
+        for kind in kinds:
+            table[kind] = function
+        return function
+
+    return register
+
+
+class Evaluator:
+    """Everything that the evaluation of one script shares."""
+
+    def __init__(self, names: Names, channels: Channels, types: Types | None) -> None:
+        self.names = names
+        self.channels = channels
+        self.sorts = Sorts(names, types)
+        self.builtins = builtins_for(channels)
+        self.strictness = Strictness(self)
+        self.unfolding: dict[Any, str] = {}
+        """The references whose bodies are being evaluated, outermost first, with their texts."""
+        self.routines: dict[Any, Any] = {}
+        """The routine of each definition that is local to some expression, by node and unit."""
+        self.free_variables: dict[int, frozenset[Any]] = {}
+        self._active = False
+
+    # --- compiling ------------------------------------------------------------------------------------------
+
+    def value(self, node: syntax.Expr, frame: Frame) -> Code:
+        """Code for the value of *node*."""
+        code: Code = VALUES[type(node)](self, node, frame)
+        return code
+
+    def process(self, node: syntax.Expr, frame: Frame) -> Callable[[Env], Process]:
+        """Code for *node* as a process term."""
+        compile_form = PROCESSES.get(type(node))
+        if compile_form is not None:
+            code: Callable[[Env], Process] = compile_form(self, node, frame)
+            return code
+        return checked_process(VALUES[type(node)](self, node, frame), node.span)
+
+    def condition(self, node: syntax.Expr, frame: Frame) -> Condition:
+        """Code for *node* as a truth value."""
+        compile_form = CONDITIONS.get(type(node))
+        if compile_form is not None:
+            code: Condition = compile_form(self, node, frame)
+            return code
+        value = self.value(node, frame)
+        span = node.span
+
+        def test(env: Env) -> bool:
+            found = value(env)
+            if found is TRUE:
+                return True
+            if found is FALSE:
+                return False
+            raise Failure(messages.wrong_kind("a truth value", found, span))
+
+        return test
+
+    def delayed(self, node: syntax.Expr, frame: Frame) -> Code:
+        """Code for the value of *node* or a thunk of it."""
+        compile_form = DELAYED.get(type(node))
+        if compile_form is not None:
+            code: Code = compile_form(self, node, frame)
+            return code
+        return self.thunk(node, frame)
+
+    def thunk(self, node: syntax.Expr, frame: Frame) -> Code:
+        """Code for a thunk of *node*, which is compiled when it is first needed."""
+        compiled: list[Code] = []
+
+        def first(env: Env) -> Any:
+            if not compiled:
+                compiled.append(self.value(node, frame))
+            return compiled[0](env)
+
+        def delay(env: Env) -> Thunk:
+            return Thunk(compiled[0] if compiled else first, env)
+
+        return delay
+
+    def events(self, node: syntax.Expr, frame: Frame) -> Callable[[Env], EventSet]:
+        """Code for *node* as a set of events."""
+        value = self.value(node, frame)
+        span = node.span
+
+        def find(env: Env) -> EventSet:
+            found = value(env)
+            try:
+                return event_set(found)
+            except Failure as failure:
+                failure.at(span)
+                raise
+
+        return find
+
+    def trace(self, node: syntax.Expr, frame: Frame) -> Callable[[Env], tuple[int, ...]]:
+        """Code for *node* as a sequence of events."""
+        value = self.value(node, frame)
+        span = node.span
+
+        def find(env: Env) -> tuple[int, ...]:
+            try:
+                return tuple([as_event(item).number for item in as_sequence(value(env)).values()])
+            except Failure as failure:
+                failure.at(span)
+                raise
+
+        return find
+
+    # --- running --------------------------------------------------------------------------------------------
+
+    def run(self, work: Callable[[], T]) -> T:
+        """Do *work* with room for deep recursion; failures leave as script errors with the script's call stack.
+
+        Raises:
+            ScriptError: the evaluation failed.
+        """
+        if self._active:
+            return work()
+        self._active = True
+        before = sys.getrecursionlimit()
+        sys.setrecursionlimit(max(before, FRAMES))
+        try:
+            return work()
+        except Failure as failure:
+            error = failure.finished()
+        except RecursionError as deep:
+            deep.__traceback__ = None
+            error = ScriptError(messages.too_deep(None))
+        finally:
+            self._active = False
+            sys.setrecursionlimit(before)
+        raise error
+
+
+def checked_process(value: Code, span: Span) -> Callable[[Env], Process]:
+    """Code for a value that must be a process."""
+
+    def check(env: Env) -> Process:
+        found = value(env)
+        if type(found) not in PROCESS_TYPES:
+            raise Failure(messages.wrong_kind("a process", found, span))
+        return found  # type: ignore[no-any-return]
+
+    return check
+
+
+def truth(value: Any, span: Span) -> Boolean:
+    """*value*, which must be a Boolean.
+
+    Raises:
+        Failure: it is something else.
+    """
+    if isinstance(value, Boolean):
+        return value
+    raise Failure(messages.wrong_kind("a truth value", value, span))
+
+
+def unwrap(node: syntax.Expr) -> syntax.Expr:
+    """*node* without the parentheses around it."""
+    while isinstance(node, syntax.Paren):
+        node = node.inner
+    return node
+
+
+def partial(value: Any) -> bool:
+    """Whether *value* is an incomplete dotted value."""
+    return type(value) is Dotted and not value.complete

@@ -1,0 +1,52 @@
+"""What tells two applications of the same process definition apart: their arguments, as far as they have values."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from cspm.diagnostics import Diagnostic
+from cspm.failure import Failure
+from cspm.values import deep
+
+
+class Failed:
+    """An argument that cannot be evaluated. Nothing wrong with that as long as nobody asks for it."""
+
+    __slots__ = ("diagnostic",)
+
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        self.diagnostic = diagnostic
+
+    def _identity(self) -> tuple[Any, ...]:
+        span = self.diagnostic.span
+        place = None if span is None else (id(span.source), span.start, span.end)
+        return (self.diagnostic.code, self.diagnostic.message, place)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Failed) and self._identity() == other._identity()
+
+    def __hash__(self) -> int:
+        return hash(self._identity())
+
+
+class Itself:
+    """An argument that is only equal to itself, such as an infinite sequence: no comparison would end."""
+
+    __slots__ = ("value",)
+
+    def __init__(self, value: Any) -> None:
+        self.value = value
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Itself) and self.value is other.value
+
+    def __hash__(self) -> int:
+        return id(self.value)
+
+
+def key_of(value: Any, level: int = 0) -> Any:
+    """*value* (or what a thunk evaluates to) as a part of a key; never fails for a mistake in the script."""
+    try:
+        return deep(value, level)
+    except Failure as failure:
+        return Itself(value) if failure.is_limit else Failed(failure.diagnostic)

@@ -1,0 +1,312 @@
+"""Prefixes with their fields: ``c.a!b?x:S$y -> P`` becomes the events that it offers, each with what follows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
+from cspm import dots, syntax
+from cspm.dots import ChannelHead, Dotted, Event, as_one, extension_parts, joined, next_field
+from cspm.evaluator.core import PROCESSES, VALUES, Evaluator, compiles
+from cspm.evaluator.frames import Frame
+from cspm.evaluator.free import mentioned
+from cspm.evaluator.patterns import Matcher, compile_pattern, is_irrefutable, is_variable
+from cspm.evaluator.timed import timed_prefix
+from cspm.failure import Failure
+from cspm.messages import evaluation as messages
+from cspm.process import STOP, InternalChoice, Prefix, Process
+from cspm.sets import Set
+from cspm.source import Span
+from cspm.thunks import Code, Env
+
+Branches: TypeAlias = list[tuple[int, Process]]
+Step: TypeAlias = Callable[[Env, Any, Branches], None]
+"""Goes on from an environment and the event so far, and adds the branches found."""
+
+
+def _number(branch: tuple[int, Process]) -> int:
+    return branch[0]
+
+
+@compiles(PROCESSES, syntax.Prefix)
+@compiles(VALUES, syntax.Prefix)
+def _prefix(evaluator: Evaluator, node: syntax.Prefix, frame: Frame) -> Callable[[Env], Process]:
+    channel = evaluator.value(node.channel, frame)
+    span = node.channel.span
+    timing = frame.timing
+    if not node.fields:
+        body = evaluator.process(node.body, frame)
+
+        def plain(env: Env) -> Process:
+            event = channel(env)
+            if type(event) is not Event:
+                raise _no_event(event, span)
+            branch = (event.number, body(env))
+            if timing is not None:
+                return timed_prefix(evaluator, timing, (branch,), span)
+            return Prefix((branch,))
+
+        return plain
+    return _communication(evaluator, node, frame, channel, 0)
+
+
+def _communication(
+    evaluator: Evaluator, node: syntax.Prefix, frame: Frame, event: Code, position: int
+) -> Callable[[Env], Process]:
+    """The prefix from its field at *position* on; internal choices of fields come first."""
+    field = node.fields[position]
+    if field.kind == "$":
+        return _internal(evaluator, node, frame, event, position)
+    steps = _steps(evaluator, node, frame, position, _shared_body(evaluator, node, frame, position))
+    span = node.span
+    timing = frame.timing
+
+    def offer(env: Env) -> Process:
+        branches: Branches = []
+        steps(env, event(env), branches)
+        if len(branches) > 1:
+            branches.sort(key=_number)
+        if timing is not None:
+            return timed_prefix(evaluator, timing, branches, span)
+        return Prefix(tuple(branches)) if branches else STOP
+
+    return offer
+
+
+def _no_event(value: Any, span: Span) -> Failure:
+    if dots.is_incomplete(value) and value.head.is_channel:
+        return Failure(messages.incomplete_event(value, span))
+    if type(value) is dots.DotList and type(value.parts[0]) is Event:
+        return Failure(messages.too_many_fields(value, span))
+    return Failure(messages.wrong_kind("an event", value, span))
+
+
+def _shared_body(
+    evaluator: Evaluator, node: syntax.Prefix, frame: Frame, position: int
+) -> Callable[[Env], Process] | None:
+    """What follows, if it does not depend on the fields: one evaluation then serves all events."""
+    used = mentioned(node.body, evaluator.names, evaluator.free_variables)
+    for field in node.fields[position:]:
+        if field.pattern is not None:
+            _, inside = compile_pattern(evaluator, field.pattern, Frame.outermost(frame.unit), evaluated=True)
+            if not used.isdisjoint(inside.slots):
+                return None
+    return evaluator.process(node.body, frame)
+
+
+def _steps(
+    evaluator: Evaluator,
+    node: syntax.Prefix,
+    frame: Frame,
+    position: int,
+    shared: Callable[[Env], Process] | None,
+) -> Step:
+    """The fields from *position* on, and what follows them.
+
+    A shared continuation is compiled for the frame in front of the fields: its environment is a beginning of
+    theirs, so it can be given theirs.
+    """
+    if position == len(node.fields):
+        body = evaluator.process(node.body, frame) if shared is None else shared
+        span = node.span
+
+        def finish(env: Env, event: Any, branches: Branches) -> None:
+            if type(event) is not Event:
+                raise _no_event(event, span)
+            if shared is not None and branches:
+                branches.append((event.number, branches[0][1]))
+            else:
+                branches.append((event.number, body(env)))
+
+        return finish
+    field = node.fields[position]
+    last = position == len(node.fields) - 1
+    if field.kind == "!":
+        assert field.expression is not None
+        value = evaluator.value(field.expression, frame)
+        rest = _steps(evaluator, node, frame, position + 1, shared)
+        return _output(value, field.span, rest)
+    assert field.pattern is not None
+    restriction = None if field.restriction is None else evaluator.value(field.restriction, frame)
+    matcher, inside = compile_pattern(evaluator, field.pattern, frame, evaluated=True)
+    rest = _steps(evaluator, node, inside, position + 1, shared)
+    plain_input = is_variable(evaluator, field.pattern)
+    if last and restriction is None and is_irrefutable(evaluator, field.pattern):
+        body = evaluator.process(node.body, inside) if shared is None else shared
+        return _whole_field(field.span, plain_input, body, shared is not None, rest, matcher)
+    return _input(field, last, restriction, matcher, rest)
+
+
+def _output(value: Code, span: Span, rest: Step) -> Step:
+    def output(env: Env, event: Any, branches: Branches) -> None:
+        if not dots.is_incomplete(event):
+            raise _no_field(event, span)
+        given = value(env)
+        try:
+            event = dots.dot(event, given)
+        except Failure as failure:
+            failure.at(span)
+            raise
+        rest(env, event, branches)
+
+    return output
+
+
+def _no_field(event: Any, span: Span) -> Failure:
+    if type(event) is Event:
+        return Failure(messages.complete_already(event, span))
+    return _no_event(event, span)
+
+
+def _whole_field(
+    span: Span,
+    variable: bool,
+    body: Callable[[Env], Process],
+    shared: bool,
+    rest: Step,
+    matcher: Matcher,
+) -> Step:
+    """A last ``?x`` or ``?_`` over all that is missing: the events have consecutive numbers."""
+    general = _input_over_all(span, matcher, rest)
+
+    def whole(env: Env, event: Any, branches: Branches) -> None:
+        if type(event) is not Dotted or event.complete:
+            raise _no_field(event, span)
+        head = event.head
+        nested = event.fields and dots.is_incomplete(event.fields[-1])
+        same = shared or not variable
+        single = len(event.fields) + 1 == head.arity
+        if not isinstance(head, ChannelHead) or nested or not (single or same) or head.declared.size is None:
+            general(env, event, branches)
+            return
+        numbers = head.channels.table.completions(head.declared, event.fields)
+        if not same:
+            values = head.domains[-1].elements()
+            branches.extend([(number, body((*env, value))) for number, value in zip(numbers, values, strict=True)])
+        elif len(numbers):
+            then = branches[0][1] if shared and branches else body(env)
+            branches.extend([(number, then) for number in numbers])
+
+    return whole
+
+
+def _missing(event: Dotted, last: bool, span: Span) -> list[tuple[Any, ...]]:
+    """What the next field can be, as parts: everything missing if it is the last, else one single field."""
+    try:
+        if last:
+            return list(extension_parts(event))
+        return [(value,) for value in next_field(event).elements()]
+    except Failure as failure:
+        failure.at(span)
+        raise
+
+
+def _input_over_all(span: Span, matcher: Matcher, rest: Step) -> Step:
+    def over_all(env: Env, event: Any, branches: Branches) -> None:
+        for parts in _missing(event, True, span):
+            found = matcher(env, as_one(parts))
+            if found is not None:
+                rest(found, joined(event, parts), branches)
+
+    return over_all
+
+
+def _input(field: syntax.Field, last: bool, restriction: Code | None, matcher: Matcher, rest: Step) -> Step:
+    span = field.span
+
+    def read(env: Env, event: Any, branches: Branches) -> None:
+        for found, extended in _choices(env, event, last, restriction, matcher, span):
+            rest(found, extended, branches)
+
+    return read
+
+
+def _choices(
+    env: Env, event: Any, last: bool, restriction: Code | None, matcher: Matcher, span: Span
+) -> list[tuple[Env, Any]]:
+    """The environments and events for each value that a ``?`` or ``$`` field can have."""
+    if not dots.is_incomplete(event):
+        raise _no_field(event, span)
+    chosen: list[tuple[Env, Any]] = []
+    if restriction is None:
+        for parts in _missing(event, last, span):
+            found = matcher(env, as_one(parts))
+            if found is not None:
+                chosen.append((found, joined(event, parts)))
+        return chosen
+    values = restriction(env)
+    if not isinstance(values, Set):
+        raise Failure(messages.wrong_kind("a set", values, span))
+    try:
+        if values.is_finite():
+            for value in values.elements():
+                extended = dots.dot(event, value)
+                found = matcher(env, value)
+                if found is not None:
+                    chosen.append((found, extended))
+        else:
+            for parts in _missing(event, last, span):
+                value = as_one(parts)
+                if values.contains(value):
+                    found = matcher(env, value)
+                    if found is not None:
+                        chosen.append((found, joined(event, parts)))
+    except Failure as failure:
+        failure.at(span)
+        raise
+    return chosen
+
+
+def _internal(
+    evaluator: Evaluator, node: syntax.Prefix, frame: Frame, event: Code, position: int
+) -> Callable[[Env], Process]:
+    """A ``$`` field: one internal choice over its values, and those of the ``$`` fields behind it."""
+    choose = _internal_steps(evaluator, node, frame, position)
+    span = node.fields[position].span
+
+    def decide(env: Env) -> Process:
+        operands: list[Process] = []
+        choose(env, event(env), operands)
+        if not operands:
+            raise Failure(messages.empty_internal_choice("the `$` field", span))
+        return operands[0] if len(operands) == 1 else InternalChoice(tuple(operands))
+
+    return decide
+
+
+def _internal_steps(
+    evaluator: Evaluator, node: syntax.Prefix, frame: Frame, position: int
+) -> Callable[[Env, Any, list[Process]], None]:
+    if position == len(node.fields):
+        body = evaluator.process(node.body, frame)
+        span = node.span
+
+        def finish(env: Env, event: Any, operands: list[Process]) -> None:
+            if type(event) is not Event:
+                raise _no_event(event, span)
+            operands.append(Prefix(((event.number, body(env)),)))
+
+        return finish
+    field = node.fields[position]
+    if field.kind != "$":
+        steps = _steps(evaluator, node, frame, position, None)
+
+        def communicate(env: Env, event: Any, operands: list[Process]) -> None:
+            branches: Branches = []
+            steps(env, event, branches)
+            branches.sort(key=_number)
+            operands.append(Prefix(tuple(branches)) if branches else STOP)
+
+        return communicate
+    assert field.pattern is not None
+    last = position == len(node.fields) - 1
+    restriction = None if field.restriction is None else evaluator.value(field.restriction, frame)
+    matcher, inside = compile_pattern(evaluator, field.pattern, frame, evaluated=True)
+    rest = _internal_steps(evaluator, node, inside, position + 1)
+    span = field.span
+
+    def decide(env: Env, event: Any, operands: list[Process]) -> None:
+        for found, extended in _choices(env, event, last, restriction, matcher, span):
+            rest(found, extended, operands)
+
+    return decide

@@ -1,0 +1,340 @@
+"""Definitions as they are run: functions, named values and named processes, with what identifies their uses.
+
+A use of a definition in a process is a ``Reference``: its key is the definition (one for each module instance), the
+values of the variables around it that it uses, and its arguments. Its body is evaluated when it is asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from cspm import syntax
+from cspm.evaluator.core import PROCESS_TYPES
+from cspm.evaluator.frames import Frame
+from cspm.evaluator.free import mentioned
+from cspm.evaluator.keys import Failed, Itself, key_of
+from cspm.evaluator.patterns import Matcher, compile_pattern, is_variable
+from cspm.evaluator.sorts import Sort
+from cspm.failure import Failure
+from cspm.messages import evaluation as messages
+from cspm.names_symbols import Symbol
+from cspm.process import Definition, Process, Reference
+from cspm.source import Span
+from cspm.thunks import Code, Env, Thunk, force
+from cspm.values import Function
+
+if TYPE_CHECKING:
+    from cspm.evaluator.core import Evaluator
+
+Clause = tuple[tuple[syntax.Pattern, ...], syntax.Expr]
+"""The patterns of all parameters, and the body."""
+
+
+class Routine:
+    """A definition in its frame: ``groups`` are the sizes of its parameter lists, () for a plain name.
+
+    ``enter`` and ``enter_process`` run it in an environment that ends in all its arguments; both compile the clauses
+    when first called; ``enter`` must be given values, not thunks, for the parameters that are ``strict``.
+    ``known_process`` says that what it gives is a process.
+    """
+
+    __slots__ = (
+        "_constant",
+        "_plan",
+        "clauses",
+        "enter",
+        "enter_process",
+        "evaluator",
+        "frame",
+        "groups",
+        "known_process",
+        "name",
+        "sort",
+        "span",
+        "strict",
+        "thunk",
+        "width",
+    )
+
+    def __init__(
+        self,
+        evaluator: Evaluator,
+        name: str,
+        span: Span,
+        frame: Frame,
+        groups: tuple[int, ...],
+        clauses: Sequence[Clause],
+        sort: Sort,
+        strict: tuple[bool, ...] | None = None,
+    ) -> None:
+        self.evaluator = evaluator
+        self.name = name
+        self.span = span
+        self.frame = frame
+        self.groups = groups
+        self.width = sum(groups)
+        self.clauses = clauses
+        self.sort = sort
+        self.strict = strict if strict is not None and any(strict) else None
+        self.known_process = sort is Sort.PROCESS
+        self.enter: Code = self._first_value
+        self.enter_process: Callable[[Env], Process] = self._first_process
+        self.thunk: Thunk | None = None
+        self._plan: tuple[int, ...] | None = None
+        self._constant: Reference | None = None
+
+    # --- running --------------------------------------------------------------------------------------------
+
+    def _first_value(self, env: Env) -> Any:
+        self.enter = self._compile(self.evaluator.value, self.strict or (False,) * self.width)
+        return self.enter(env)
+
+    def _first_process(self, env: Env) -> Process:
+        code: Callable[[Env], Process] = self._compile(self.evaluator.process, (False,) * self.width)
+        self.enter_process = code
+        return code(env)
+
+    def _compile(self, compile_body: Callable[[syntax.Expr, Frame], Code], strict: tuple[bool, ...]) -> Code:
+        start = self.frame.size
+        compiled: list[tuple[tuple[tuple[int, Matcher], ...], Code]] = []
+        for patterns, body in self.clauses:
+            named = [self._name(pattern) for pattern in patterns]
+            frame = self.frame.with_variables(named, evaluated=False)
+            frame = frame.knowing([symbol for symbol, known in zip(named, strict, strict=True) if symbol and known])
+            steps: list[tuple[int, Matcher]] = []
+            for i, (pattern, symbol) in enumerate(zip(patterns, named, strict=True)):
+                if symbol is None:
+                    matcher, frame = compile_pattern(self.evaluator, pattern, frame, evaluated=False)
+                    if not isinstance(pattern, syntax.Wildcard):
+                        steps.append((start + i, matcher))
+            compiled.append((tuple(steps), compile_body(body, frame)))
+            if not steps:
+                break  # later clauses are never reached
+        if not compiled[0][0]:
+            return compiled[0][1]
+
+        def run(env: Env) -> Any:
+            for steps, body in compiled:
+                found: Env | None = env
+                for slot, matcher in steps:
+                    found = matcher(found, env[slot])  # type: ignore[arg-type]
+                    if found is None:
+                        break
+                else:
+                    return body(found)  # type: ignore[arg-type]
+            raise Failure(messages.no_clause(self.name, env[start:], None, self.span))
+
+        return run
+
+    def _name(self, pattern: syntax.Pattern) -> Symbol | None:
+        """The variable that *pattern* is, if it is nothing more."""
+        if not is_variable(self.evaluator, pattern):
+            return None
+        while isinstance(pattern, syntax.ParenPattern):
+            pattern = pattern.inner
+        return self.evaluator.names.symbol(pattern)
+
+    def shown(self, arguments: Sequence[Any]) -> str:
+        """The definition's name with *arguments*, as a person would write it."""
+        from cspm.values_text import show_short
+
+        text = self.name
+        start = 0
+        for size in self.groups:
+            text += f"({', '.join(map(show_short, arguments[start : start + size]))})"
+            start += size
+        return text
+
+    # --- references -----------------------------------------------------------------------------------------
+
+    def captured(self, env: Env, level: int = 0) -> tuple[Any, ...]:
+        """The values, as parts of a key, of the variables around the definition that it uses."""
+        plan = self._plan
+        if plan is None:
+            plan = self._plan = self._find_plan()
+        return tuple([key_of(env[slot], level) for slot in plan]) if plan else ()
+
+    def _find_plan(self) -> tuple[int, ...]:
+        """The positions of the variables that the definition depends on, through the local definitions it uses.
+
+        A local definition counts by its value if that is surely plain data that needs none of the processes and
+        functions around it; otherwise by the variables that it depends on itself.
+        """
+        slots: set[int] = set()
+        seen: set[Symbol] = set()
+        stack: list[Routine] = [self]
+        while stack:
+            routine = stack.pop()
+            for symbol, slot, definition in routine.uses():
+                if symbol in seen:
+                    continue
+                seen.add(symbol)
+                if definition is None or definition.is_plain_data():
+                    slots.add(slot)
+                else:
+                    stack.append(definition)
+        return tuple(sorted(slots))
+
+    def uses(self) -> list[tuple[Symbol, int, Routine | None]]:
+        """The variables around the definition that it mentions, with positions and, of local definitions, routines."""
+        evaluator = self.evaluator
+        slots = self.frame.slots
+        found: dict[Symbol, int] = {}
+        for _, body in self.clauses:
+            for symbol in mentioned(body, evaluator.names, evaluator.free_variables):
+                if symbol in slots:
+                    found[symbol] = slots[symbol]
+        unit = self.frame.unit
+        return [(symbol, slot, evaluator.routines.get((symbol, unit))) for symbol, slot in found.items()]
+
+    def is_plain_data(self) -> bool:
+        """Whether the value is data whose evaluation involves no local process and not itself."""
+        if self.sort is not Sort.DATA or self.groups:
+            return False
+        seen: set[Routine] = set()
+        stack: list[Routine] = [self]
+        while stack:
+            for _, _, definition in stack.pop().uses():
+                if definition is None or definition in seen:
+                    continue
+                if definition is self or definition.sort is not Sort.DATA:
+                    return False
+                seen.add(definition)
+                stack.append(definition)
+        return True
+
+    def reference(self, base: Env, arguments: Sequence[Any], body: Process | None = None) -> Reference:
+        """The process that the definition, in the environment *base*, is for *arguments*.
+
+        *body* is its term if it has been evaluated already.
+        """
+        if not arguments and not self.frame.size:
+            constant = self._constant
+            if constant is None:
+                constant = self._constant = self._refer((self, (), ()), base, (), body)
+            return constant
+        values: list[Any] = []
+        keys: list[Any] = []
+        for argument in arguments:
+            if type(argument) is int:
+                keys.append(argument)
+                values.append(argument)
+                continue
+            key = key_of(argument)
+            keys.append(key)
+            values.append(argument if type(key) is Failed or type(key) is Itself else key)
+        captured = self.captured(base) if self.frame.size else ()
+        return self._refer((self, captured, tuple(keys)), base, tuple(values), body)
+
+    def _refer(self, key: Any, base: Env, arguments: Env, body: Process | None) -> Reference:
+        def text() -> str:
+            return self.shown(arguments)
+
+        def evaluate() -> Process:
+            return self.evaluator.run(lambda: self._unfold(key, text, base + arguments, body))
+
+        return Reference(key, Definition(text, self.span, evaluate))
+
+    def _unfold(self, key: Any, text: Callable[[], str], env: Env, body: Process | None) -> Process:
+        """The term of a reference: its body, and while that is a reference, that one's term."""
+        unfolding = self.evaluator.unfolding
+        if key in unfolding:
+            names = list(unfolding.values())[list(unfolding).index(key) :]
+            raise Failure(messages.process_is_itself([*names, names[0]], self.span))
+        unfolding[key] = text()
+        try:
+            term = self.enter_process(env) if body is None else body
+            while type(term) is Reference:
+                term = term.body()
+        except Failure as failure:
+            failure.__traceback__ = None
+            failure.called(text, None)
+            raise
+        except RecursionError as error:
+            error.__traceback__ = None
+            raise self.too_deep(text, None) from None
+        finally:
+            del unfolding[key]
+        return term
+
+    def too_deep(self, text: Callable[[], str], span: Span | None) -> Failure:
+        """The failure that a recursion through this definition went too deep."""
+        failure = Failure(messages.too_deep(self.span), is_limit=True)
+        failure.called(text, span)
+        return failure
+
+    # --- plain names ----------------------------------------------------------------------------------------
+
+    def delay(self, env: Env) -> Thunk:
+        """The value of a plain name as a thunk."""
+        return Thunk(self.named_value, env)
+
+    def named_value(self, env: Env) -> Any:
+        """The value of a plain name; if that is a process, the reference to it."""
+        if self.known_process:
+            return self.reference(env, ())
+        value = self.enter(env)
+        if self.sort is Sort.UNKNOWN and type(value) in PROCESS_TYPES and type(value) is not Reference:
+            self.known_process = True
+            return self.reference(env, (), value)
+        return value
+
+
+def passed(error: Exception, routine: Routine, arguments: Env, span: Span) -> Failure:
+    """What leaves a call written at *span* when *error* happens in it."""
+    error.__traceback__ = None
+    error.__context__ = None
+    if isinstance(error, Failure):
+        error.called(lambda: routine.shown(arguments), span)
+        return error
+    return routine.too_deep(lambda: routine.shown(arguments), span)
+
+
+def apply(function: Any, arguments: Env, span: Span) -> Any:
+    """The value of ``function(arguments)``.
+
+    Raises:
+        Failure: it is no function, takes other arguments, or its evaluation fails.
+    """
+    if type(function) is not Function:
+        call = getattr(function, "apply", None)
+        if call is None:
+            raise Failure(messages.wrong_kind("a function", function, span))
+        return call(arguments, span)
+    routine: Routine = function.routine
+    collected = function.collected + arguments
+    applied = function.applied + 1
+    size = routine.groups[applied - 1]
+    if size != len(arguments):
+        raise Failure(messages.argument_count(routine.name, size, len(arguments), span, routine.span))
+    if applied < len(routine.groups):
+        return Function(routine, function.env, collected, applied)
+    return call_routine(routine, function.env, collected, span)
+
+
+def call_routine(routine: Routine, base: Env, arguments: Env, span: Span) -> Any:
+    """The value that a definition gives for all its arguments; if that is a process, the reference to it."""
+    if routine.known_process:
+        return routine.reference(base, arguments)
+    if routine.strict is not None:
+        arguments = tuple(
+            [force(value) if strict else value for value, strict in zip(arguments, routine.strict, strict=True)]
+        )
+    try:
+        value = routine.enter(base + arguments)
+    except (Failure, RecursionError) as error:
+        raise passed(error, routine, arguments, span) from None
+    if routine.sort is Sort.UNKNOWN and type(value) in PROCESS_TYPES and type(value) is not Reference:
+        return routine.reference(base, arguments, value)
+    return value
+
+
+def apply_process(function: Any, arguments: Env, span: Span) -> Any:
+    """``function(arguments)`` where a process is needed: not evaluated if the function is of the script."""
+    if type(function) is Function:
+        routine: Routine = function.routine
+        last = function.applied + 1 == len(routine.groups)
+        if last and routine.groups[-1] == len(arguments):
+            return routine.reference(function.env, function.collected + arguments)
+    return apply(function, arguments, span)

@@ -1,0 +1,373 @@
+"""From text to tokens: everything about CSPm that depends on where a character stands.
+
+Four things in CSPm cannot be left to a grammar, and are settled here while the tokens are made:
+
+* a **line break** ends a declaration, but only where declarations stand (the script, a module, a ``let``, a
+  ``Timed`` section), only behind a token that can end one, and only before a token that can begin one;
+* ``<`` opens a sequence where an operand is expected and is *less than* behind an operand; the first ``>`` in an
+  open sequence closes it, brackets inside it start afresh;
+* ``::`` with no blank on either side joins the parts of a name, otherwise it introduces a type;
+* ``not`` behind ``assert`` negates the assertion if that is a refinement or a property, and is an ordinary
+  operator if it is a Boolean expression.
+
+The kind of a punctuation token or of a keyword is its text, so that the grammar can quote it; the other kinds
+have names in capitals.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import Final
+
+from cspm.diagnostics import Diagnostic
+from cspm.messages import lexing
+from cspm.source import Source, Span
+
+DECLARATION_KEYWORDS: Final = frozenset(
+    [
+        *("channel", "datatype", "subtype", "nametype", "assert", "print", "include"),
+        *("module", "exports", "endmodule", "instance", "Timed"),
+    ]
+)
+"""Words that stand only where a declaration begins or ends, never inside an expression."""
+
+KEYWORDS: Final = DECLARATION_KEYWORDS | frozenset(
+    ["and", "or", "not", "if", "then", "else", "let", "within", "external", "transparent", "true", "false"]
+)
+"""The reserved words, ``_`` apart."""
+
+MODELS: Final = ("T", "F", "FD", "V", "VD", "R", "RD")
+
+OPERAND_ENDS: Final = frozenset(
+    ["NAME", "QUALIFIED", "INT", "CHAR", "STRING", "true", "false", "_", ")", "}", "|}", "|)", "]]", "SEQUENCE_CLOSE"]
+)
+"""Kinds behind which an operand is complete: an operator or the end of a declaration may follow."""
+
+_DECLARATION_ENDS: Final = OPERAND_ENDS | {"PROPERTY", "REDUCE_OPTION", "endmodule"}
+
+_BEGINS_DECLARATION: Final = frozenset(
+    ["NAME", "QUALIFIED", "INT", "CHAR", "STRING", "true", "false", "_", "(", "(|", "{", "{|", "<", "-", "#"]
+) | (KEYWORDS - {"and", "or", "then", "else", "within"})
+"""Kinds before which a line break counts; before any other it is only layout."""
+
+_CLOSERS: Final = {
+    ")": ("(",),
+    "|)": ("(|",),
+    "}": ("{",),
+    "|}": ("{|",),
+    "]]": ("[[",),
+    "|]": ("[|",),
+    "|>": ("[|",),
+    "+]": ("[+",),
+    "+\\": ("/+",),
+    "]": ("[",),
+}
+_OPENERS: Final = frozenset(["(", "(|", "{", "{|", "[[", "[|", "[+", "/+", "["])
+_DECLARATION_CONTEXTS: Final = frozenset(["script", "let", "Timed"])
+
+_BLANK = r"[ \t\r\f\v]"
+_SYMBOLS = [
+    # longest first within each first character
+    "=>*", "==", "=>", "=",
+    "<->", "<-", "<=", "<",
+    ">=", ">",
+    "->", "-",
+    "[]", "[|", "[[", "[>", "[+", "[",
+    "]]", "]",
+    "|||", "|~|", "||", "|]", "|>", "|}", "|)", "|\\", "|",
+    "{|", "{", "}",
+    "(", ")",
+    "/\\", "/+", "/",
+    "+]", "+\\", "+",
+    "..", ".",
+    "::", ":",
+    "@@", "@",
+    "!=", "!",
+    "\\", "?", "$", "&", ";", ",", "^", "#", "*", "%",
+]  # fmt: skip
+_NAME = r"[A-Za-z][A-Za-z0-9_]*'*"
+
+_TOKEN = re.compile(
+    rf"{_BLANK}*(?:"
+    rf"({_NAME}(?:::{_NAME})*)"  # 1 word
+    r"|(\n\s*)"  # 2 line break
+    r"|([0-9]+)"  # 3 integer
+    r"|(--[^\n]*)"  # 4 comment
+    r"|(\{-)"  # 5 block comment
+    r"|(\(\|(?=\s))"  # 6 map opener
+    r"|(:\s*\[(?=\s*[A-Za-z]))"  # 7 property or option of an assertion
+    r"|(\[[A-Za-z]+=(?!=))"  # 8 refinement
+    rf"|({'|'.join(re.escape(s) for s in _SYMBOLS)})"  # 9 symbol
+    r'|("(?:[^"\\\n]|\\[^\n])*")'  # 10 string
+    r"|('(?:[^'\\\n]|\\[^\n])')"  # 11 character
+    r"|(_[A-Za-z0-9_]*'*)"  # 12 wildcard
+    r"|(\Z)"  # 13 end
+    r"|(.)"  # 14 anything else
+    r")"
+)
+_BLOCK = re.compile(r"\{-|-\}")
+_PROPERTY = re.compile(
+    r":\s*\[\s*(?P<words>[A-Za-z]+(?:[\s-]+[A-Za-z]+)*)\s*(?:\[\s*(?P<mode>[A-Za-z]+)\s*\]\s*)?\](?:\s*:(?!\s*\[\s*[A-Za-z]))?"
+)
+_PROPERTY_KINDS: Final = {
+    "deadlock free": "PROPERTY",
+    "divergence free": "PROPERTY",
+    "livelock free": "PROPERTY",
+    "deterministic": "PROPERTY",
+    "has trace": "TRACE_PROPERTY",
+    "tau priority": "PRIORITY_OPTION",
+    "tau priority over": "PRIORITY_OPTION",
+    "partial order reduce": "REDUCE_OPTION",
+}
+_REDUCTIONS: Final = ("precise", "hybrid", "fast")
+
+
+@dataclass(slots=True)
+class Tokens:
+    """The tokens of a text in parallel lists, its comments, and what was wrong with its characters.
+
+    ``starts`` and ``ends`` are offsets into the text of ``source``. The last token has the kind ``$END``.
+    """
+
+    source: Source
+    kinds: list[str] = field(default_factory=list)
+    starts: list[int] = field(default_factory=list)
+    ends: list[int] = field(default_factory=list)
+    comments: list[tuple[int, int]] = field(default_factory=list)
+    errors: list[Diagnostic] = field(default_factory=list)
+
+    def text(self, index: int) -> str:
+        """The characters of a token."""
+        return self.source.text[self.starts[index] : self.ends[index]]
+
+    def span(self, index: int) -> Span:
+        """The place of a token."""
+        return Span(self.source, self.starts[index], self.ends[index])
+
+
+def property_words(text: str) -> tuple[str, str | None]:
+    """The normalised words and the bracketed mode of a ``:[...]`` token: ``("deadlock free", "F")``."""
+    match = _PROPERTY.match(text)
+    assert match is not None, text
+    return " ".join(re.split(r"[\s-]+", match["words"])), match["mode"]
+
+
+def tokenise(source: Source, *, start: int = 0, declarations: bool = True) -> Tokens:
+    """The tokens of *source* from the offset *start* on.
+
+    With *declarations* the text is a script; without, it is one expression or assertion, in which line breaks
+    mean nothing. Mistakes are collected in ``Tokens.errors``; the tokens around them are still made.
+    """
+    text = source.text
+    tokens = Tokens(source)
+    kinds, starts, ends = tokens.kinds, tokens.starts, tokens.ends
+    # What is open, innermost last: a bracket's text, "<" for a sequence, "let", "Timed", or the script itself.
+    contexts = ["script" if declarations else "expression"]
+    broken = False  # a line break stands before the next token
+    previous = ""  # kind of the last token
+    timed = ""  # "(" once behind `Timed`, ")" once its bracket is closed: the next `{` holds declarations
+    negations: list[int] = []  # the `not`s directly behind an `assert`, while it is unknown what they negate
+    asserting = False  # in an assertion, not yet behind anything but `not`
+
+    position = start
+    scan = _TOKEN.match
+    while True:
+        match = scan(text, position)
+        assert match is not None  # the last alternative takes any character
+        group = match.lastindex
+        assert group is not None
+        begin, position = match.span(group)
+        if group == 1:
+            word = text[begin:position]
+            if word in KEYWORDS:
+                kind = word
+            elif "::" in word:
+                kind = "QUALIFIED"
+            else:
+                kind = "NAME"
+        elif group == 9:
+            kind = text[begin:position]
+        elif group == 2:
+            broken = True
+            continue
+        elif group == 3:
+            kind = "INT"
+        elif group == 4:
+            tokens.comments.append((begin, position))
+            continue
+        elif group == 5:
+            position = _block_comment(tokens, begin)
+            continue
+        elif group == 6:
+            kind = "(|"
+        elif group == 7:
+            kind, position = _property(tokens, begin)
+        elif group == 8:
+            kind = "REFINES"
+            if text[begin + 1 : position - 1] not in MODELS:
+                tokens.errors.append(lexing.unknown_model(source.span(begin + 1, position - 1), MODELS))
+        elif group == 10:
+            kind = "STRING"
+        elif group == 11:
+            kind = "CHAR"
+        elif group == 12:
+            kind = "_"
+            if position - begin > 1:
+                tokens.errors.append(lexing.name_begins_with_underscore(source.span(begin, position)))
+                kind = "NAME"
+        elif group == 13:
+            break
+        else:
+            position = _bad_character(tokens, begin)
+            if text[begin] in "\"'":
+                # What was meant is clear enough to go on: a literal that ends with its line.
+                kind = "STRING" if text[begin] == '"' else "CHAR"
+            else:
+                continue
+
+        context = contexts[-1]
+
+        # `<` and `>`.
+        if kind[0] in "<>":
+            if kind == "<" and broken and context in _DECLARATION_CONTEXTS and previous in _DECLARATION_ENDS:
+                pass  # begins a declaration: a sequence pattern
+            elif kind[0] == "<" and previous not in OPERAND_ENDS:
+                position = begin + 1  # `<-1>`, `<=`: where an operand is due only a sequence can open
+                kind = "<"
+            elif kind == "<":
+                kind = "LESS"
+            elif kind[0] == ">" and context == "<" and (kind == ">" or text[position : position + 1] in ("=", ">")):
+                position = begin + 1
+                kind = "SEQUENCE_CLOSE"
+
+        # Line breaks.
+        if broken:
+            broken = False
+            if context in _DECLARATION_CONTEXTS and previous in _DECLARATION_ENDS and kind in _BEGINS_DECLARATION:
+                kinds.append("_NEWLINE")
+                starts.append(ends[-1])
+                ends.append(ends[-1])
+                if len(contexts) == 1:
+                    negations.clear()
+        if kind in DECLARATION_KEYWORDS and context not in _DECLARATION_CONTEXTS and context != "expression":
+            # No bracket goes over a declaration: whatever is open was meant to be closed before. The parser says so.
+            while contexts[-1] not in _DECLARATION_CONTEXTS and len(contexts) > 1:
+                contexts.pop()
+
+        # Brackets.
+        if kind in _OPENERS:
+            if kind == "(" and previous == "Timed":
+                timed = "("
+                contexts.append("Timed(")
+            elif kind == "{" and (previous == "Timed" or (timed == ")" and previous == ")")):
+                timed = ""
+                contexts.append("Timed")
+            else:
+                contexts.append(kind)
+        elif kind == "<":
+            kind = "SEQUENCE_OPEN"
+            contexts.append("<")
+        elif kind == "SEQUENCE_CLOSE":
+            contexts.pop()
+        elif kind in _CLOSERS:
+            popped = _close(contexts, _CLOSERS[kind])
+            if popped == "Timed(":
+                timed = ")"
+        elif kind == "let":
+            contexts.append("let")
+        elif kind == "within":
+            _close(contexts, ("let",))
+
+        # Negated assertions.
+        if asserting:
+            if kind == "not":
+                negations.append(len(kinds))
+            else:
+                asserting = False
+        if kind == "assert":
+            asserting = True
+            negations.clear()
+        elif negations and kind in ("REFINES", "PROPERTY", "TRACE_PROPERTY"):
+            for index in negations:
+                kinds[index] = "ASSERT_NOT"
+            negations.clear()
+
+        kinds.append(kind)
+        starts.append(begin)
+        ends.append(position)
+        previous = kind
+
+    end = ends[-1] if ends else start
+    kinds.append("$END")
+    starts.append(end)
+    ends.append(end)
+    return tokens
+
+
+def _close(contexts: list[str], openers: tuple[str, ...]) -> str:
+    """Close the innermost context that one of *openers* opened, with all that is still open inside it.
+
+    A closing token without its opener changes nothing: the parser reports it.
+    """
+    for index in range(len(contexts) - 1, 0, -1):
+        context = contexts[index]
+        if context in openers or (context == "Timed(" and "(" in openers) or (context == "Timed" and "{" in openers):
+            del contexts[index:]
+            return context
+    return ""
+
+
+def _block_comment(tokens: Tokens, begin: int) -> int:
+    """The offset behind the block comment at *begin*; comments nest."""
+    text = tokens.source.text
+    depth = 1
+    position = begin + 2
+    while depth:
+        match = _BLOCK.search(text, position)
+        if match is None:
+            tokens.errors.append(lexing.unclosed_comment(tokens.source.span(begin, begin + 2), text[begin + 2 :]))
+            return len(text)
+        depth += 1 if match[0] == "{-" else -1
+        position = match.end()
+    tokens.comments.append((begin, position))
+    return position
+
+
+def _property(tokens: Tokens, begin: int) -> tuple[str, int]:
+    """Kind and end of the ``:[...]`` token at *begin*."""
+    source = tokens.source
+    match = _PROPERTY.match(source.text, begin)
+    if match is None:
+        line_end = source.text.find("\n", begin)
+        end = line_end if line_end >= 0 else len(source.text)
+        shown = source.text[begin:end].rstrip()
+        tokens.errors.append(lexing.malformed_property(source.span(begin, begin + len(shown))))
+        return "PROPERTY", end
+    words = " ".join(re.split(r"[\s-]+", match["words"]))
+    kind = _PROPERTY_KINDS.get(words)
+    if kind is None:
+        tokens.errors.append(lexing.unknown_property(source.span(*match.span("words")), words, tuple(_PROPERTY_KINDS)))
+        return "PROPERTY", match.end()
+    mode = match["mode"]
+    if mode is not None:
+        allowed = _REDUCTIONS if kind == "REDUCE_OPTION" else () if kind == "PRIORITY_OPTION" else MODELS
+        if mode not in allowed:
+            tokens.errors.append(lexing.unknown_mode(source.span(*match.span("mode")), words, allowed))
+    return kind, match.end()
+
+
+def _bad_character(tokens: Tokens, begin: int) -> int:
+    """Report what cannot begin a token at *begin*; the offset at which to go on."""
+    source = tokens.source
+    character = source.text[begin]
+    if character in "\"'":
+        line_end = source.text.find("\n", begin)
+        end = line_end if line_end >= 0 else len(source.text)
+        if character == '"':
+            tokens.errors.append(lexing.unclosed_string(source.span(begin, end)))
+            return end
+        tokens.errors.append(lexing.malformed_character(source.span(begin, begin + 1)))
+        return begin + 1
+    tokens.errors.append(lexing.unknown_character(source.span(begin, begin + 1)))
+    return begin + 1

@@ -1,0 +1,190 @@
+"""Reading CSPm: from a file or a text to its syntax tree.
+
+The stages are :mod:`cspm.lexer` (tokens), :mod:`cspm.parser_table` (the grammar's table),
+:mod:`cspm.parser_driver` (the machine) and :mod:`cspm.parser_tree` (the nodes). A notation with declarations of
+its own inside scripts needs a keyword and a context in the lexer, rules in the grammar and actions in the tree.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+from cspm import parser_mistakes
+from cspm import syntax as s
+from cspm.diagnostics import Diagnostic, ScriptError
+from cspm.lexer import tokenise
+from cspm.messages import lexing
+from cspm.parser_driver import Unexpected, run
+from cspm.parser_table import table
+from cspm.parser_tree import Tree
+from cspm.source import Source, Span
+
+DEEPEST_INCLUDE: Final = 100
+"""Files between a script and what it includes, at most."""
+
+Reader = Callable[[str], Source]
+"""Finds the text of an included file, given the path as written in the script."""
+
+
+def read_source(path: str | os.PathLike[str]) -> Source:
+    """The text of a file, under the name that was given.
+
+    UTF-8 (with or without a byte order mark) is tried first, then Windows-1252. Line breaks become ``\\n``.
+
+    Raises:
+        ScriptError: the file cannot be read, is binary, or is Rich Text.
+    """
+    name = os.fspath(path)
+    try:
+        content = Path(path).read_bytes()
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        raise ScriptError(lexing.file_cannot_be_read(name, reason.lower())) from None
+    return decode(name, content)
+
+
+def decode(name: str, content: bytes) -> Source:
+    """The text that the bytes of a file stand for, see :func:`read_source`.
+
+    Raises:
+        ScriptError: the bytes are no text, or Rich Text.
+    """
+    if content.startswith(b"{\\rtf"):
+        raise ScriptError(lexing.rich_text(name))
+    if b"\0" in content:
+        raise ScriptError(lexing.binary_file(name))
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        # Five bytes mean nothing in Windows-1252; they become marks that the lexer refuses outside comments.
+        text = content.decode("cp1252", errors="replace")
+    return Source(name, text.replace("\r\n", "\n").replace("\r", "\n"))
+
+
+def parse(source: Source, *, include: Reader | None = None) -> s.Script:
+    """The syntax tree of a script with all that it includes.
+
+    *include* finds included files by their path as written; without it they are read relative to the folder of
+    *source*'s name, whichever file includes them.
+
+    Raises:
+        ScriptError: with every mistake in the form of the script that could be told apart.
+    """
+    folder = os.path.dirname(source.name)
+    read: Reader = include or (lambda path: read_source(os.path.join(folder, path)))
+    return _Files(read).script(source)
+
+
+def parse_expression(text: str | Source) -> s.Expr:
+    """The tree of one expression; line breaks in it mean nothing.
+
+    Raises:
+        ScriptError: the text is no expression.
+    """
+    result = _alone(text, "lone_expression")
+    assert isinstance(result, s.Expr)
+    return result
+
+
+def parse_assertion(text: str | Source) -> s.Assertion:
+    """The tree of an assertion, with or without the word ``assert`` before it.
+
+    Raises:
+        ScriptError: the text is no assertion.
+    """
+    result = _alone(text, "lone_assertion")
+    assert isinstance(result, s.Assertion)
+    return result
+
+
+def _alone(text: str | Source, start: str) -> s.Node:
+    source = text if isinstance(text, Source) else Source("<text>", text)
+    tokens = tokenise(source, declarations=False)
+    if tokens.errors:
+        raise ScriptError(*tokens.errors)
+    tree = Tree(tokens, _no_include)
+    try:
+        result = run(table(), start, tokens, tree)
+    except Unexpected as error:
+        raise ScriptError(parser_mistakes.diagnose(table(), start, tokens, error.index).diagnostic) from None
+    tree.finish()
+    if tree.errors:
+        raise ScriptError(*tree.errors)
+    assert isinstance(result, s.Node)
+    return result
+
+
+def _no_include(path: str, span: Span) -> tuple[s.Declaration, ...]:
+    raise AssertionError("an include stands in a script only")
+
+
+class _Files:
+    """The files of one script while they are read."""
+
+    def __init__(self, read: Reader) -> None:
+        self.read = read
+        self.open: list[Source] = []  # the files that are being parsed, each included by the one before
+        self.errors: list[Diagnostic] = []
+
+    def script(self, source: Source) -> s.Script:
+        """The tree of the root file.
+
+        Raises:
+            ScriptError: there is a mistake in it or in a file that it includes.
+        """
+        script = self._parse(source)
+        if self.errors:
+            raise ScriptError(*self.errors)
+        assert script is not None
+        return script
+
+    def _parse(self, source: Source) -> s.Script | None:
+        self.open.append(source)
+        try:
+            tokens = tokenise(source)
+            if tokens.errors:
+                self.errors.extend(tokens.errors)
+                return None
+            tree = Tree(tokens, self._include)
+            try:
+                script = run(table(), "script", tokens, tree)
+            except Unexpected as error:
+                # The mistakes that the tree has collected so far stand before this one.
+                self.errors.extend(tree.errors)
+                self.errors.extend(parser_mistakes.all_of(table(), tokens, error.index))
+                return None
+            tree.finish()
+            self.errors.extend(sorted(tree.errors, key=_position))
+            assert isinstance(script, s.Script)
+            return script
+        finally:
+            self.open.pop()
+
+    def _include(self, path: str, span: Span) -> tuple[s.Declaration, ...]:
+        if len(self.open) > DEEPEST_INCLUDE:
+            self.errors.append(lexing.includes_too_deep(span, DEEPEST_INCLUDE))
+            return ()
+        try:
+            source = self.read(path)
+        except ScriptError as error:
+            reason = "; ".join(d.message.removeprefix(f"cannot read `{path}`: ") for d in error.diagnostics)
+            self.errors.append(lexing.include_cannot_be_read(span, path, reason))
+            return ()
+        names = [_identity(file) for file in self.open]
+        if _identity(source) in names:
+            chain = [file.name for file in self.open[names.index(_identity(source)) :]]
+            self.errors.append(lexing.include_cycle(span, path, [*chain, source.name]))
+            return ()
+        script = self._parse(source)
+        return script.declarations if script is not None else ()
+
+
+def _identity(source: Source) -> str:
+    return os.path.normcase(os.path.realpath(source.name))
+
+
+def _position(error: Diagnostic) -> int:
+    return error.span.start if error.span is not None else -1

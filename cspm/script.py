@@ -1,0 +1,315 @@
+"""Loading a script: from a file to its assertions, ready to be turned into process terms.
+
+The phases follow each other here: parse, tie names, infer types, declare channels, evaluate what is printed. Each
+raises ``ScriptError`` with what is wrong; nothing else leaves this module for any text whatever.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+from cspm import syntax
+from cspm.diagnostics import Diagnostic, ScriptError
+from cspm.dots import Channels, DotList, Dotted, Event
+from cspm.evaluator import Evaluator
+from cspm.evaluator.frames import Frame
+from cspm.evaluator.units import Declarations
+from cspm.events import EventSet, EventTable
+from cspm.messages import names as name_messages
+from cspm.names import Names, resolve, resolve_more
+from cspm.parser import parse, parse_assertion, parse_expression, read_source
+from cspm.printer import print_assertion
+from cspm.process import Process
+from cspm.process_text import describe
+from cspm.sets import Set
+from cspm.source import Source, Span
+from cspm.spelling import suggestions
+from cspm.values import Boolean, Map, Sequence, deep
+from cspm.values_text import show
+
+if TYPE_CHECKING:
+    from cspm.inference import Types
+
+Expected: TypeAlias = Literal["pass", "fail", "unknown"]
+_EXPECT = re.compile(r"\bexpect:\s*(pass|fail|unknown)\b")
+
+
+@dataclass(frozen=True, slots=True)
+class Assertion:
+    """An assertion of a script.
+
+    ``text`` is its canonical text without the word ``assert``; ``expected`` the verdict that a comment
+    ``-- expect: fail`` on one of its lines, or alone on the line above, announces.
+    """
+
+    node: syntax.Assertion
+    text: str
+    span: Span
+    expected: Expected | None = None
+
+
+class Script:
+    """A loaded script. Create with :func:`load`.
+
+    Methods that take text read it as if it stood at the end of the script. All of them raise ``ScriptError``
+    where the text or the script is wrong.
+    """
+
+    def __init__(self, source: Source, tree: syntax.Script, names: Names, types: Types | None) -> None:
+        self.source = source
+        self.tree = tree
+        self.names = names
+        self.types = types
+        """What the type checker found; None if it was not asked."""
+        self.events = EventTable(show)
+        """The events of all channels, numbered in the order of declaration, those of module instances last."""
+        self.warnings: tuple[Diagnostic, ...] = () if types is None else types.warnings
+        self._evaluator = Evaluator(names, Channels(self.events), types)
+        self._top, declared = self._evaluator.run(lambda: self._declare(tree))
+        self._frames: dict[int, Frame] = {}
+        self.assertions: tuple[Assertion, ...] = tuple(self._own_assertions(declared))
+        """The assertions in the order of the text."""
+        self.printed: tuple[str, ...] = tuple([self._print(node.expression, frame) for node, frame in declared.prints])
+        """What the ``print`` declarations say, in order."""
+
+    def _declare(self, tree: syntax.Script) -> tuple[Frame, Declarations]:
+        declarations = Declarations(self._evaluator)
+        unit = declarations.script(tree)
+        declarations.settle()
+        return Frame.outermost(unit), declarations
+
+    def _own_assertions(self, declared: Declarations) -> Iterator[Assertion]:
+        expectations = _expectations(self.tree, self.source)
+        for declaration, frame in declared.assertions:
+            node = declaration.assertion
+            for part in _operands(node):
+                self._frames[id(part)] = frame
+            span = declaration.span
+            expected = None
+            if span.source is self.source:
+                lines = range(span.line, span.end_line + 1)
+                expected = next((expectations[line, True] for line in lines if (line, True) in expectations), None)
+                expected = expected or expectations.get((span.line - 1, False))
+            yield Assertion(node, print_assertion(node), span, expected)
+
+    # --- what is written against the script -----------------------------------------------------------------
+
+    def _tied(self, expression: syntax.Expr | str) -> tuple[syntax.Expr, Frame]:
+        """The tree of *expression* with its names tied and its types checked, and the frame that it stands in."""
+        if isinstance(expression, str):
+            expression = parse_expression(expression)
+            resolve_more(self.names, expression)
+            if self.types is not None:
+                from cspm.inference import infer_expression
+
+                infer_expression(expression, self.types)
+        return expression, self._frames.get(id(expression), self._top)
+
+    def assertion(self, text: str) -> Assertion:
+        """An assertion written against the script, with or without the word ``assert``."""
+        node = parse_assertion(text)
+        resolve_more(self.names, node)
+        if self.types is not None:
+            from cspm.inference import infer_assertion
+
+            infer_assertion(node, self.types)
+        return Assertion(node, print_assertion(node), node.span)
+
+    def process(self, expression: syntax.Expr | str) -> Process:
+        """The process that *expression* is: a node of an assertion of this script, or a text."""
+        node, frame = self._tied(expression)
+        return self._evaluator.run(lambda: self._evaluator.process(node, frame)(()))
+
+    def event_set(self, expression: syntax.Expr | str) -> EventSet:
+        """The events in the set that *expression* is."""
+        node, frame = self._tied(expression)
+        return self._evaluator.run(lambda: self._evaluator.events(node, frame)(()))
+
+    def trace(self, expression: syntax.Expr | str) -> tuple[int, ...]:
+        """The events, in order, of the sequence that *expression* is."""
+        node, frame = self._tied(expression)
+        return self._evaluator.run(lambda: self._evaluator.trace(node, frame)(()))
+
+    def boolean(self, expression: syntax.Expr | str) -> bool:
+        """The truth value that *expression* has."""
+        node, frame = self._tied(expression)
+        return self._evaluator.run(lambda: self._evaluator.condition(node, frame)(()))
+
+    def evaluate(self, text: str) -> Any:
+        """The value of an expression as a Python value.
+
+        Integers, Booleans and characters become ``int``, ``bool`` and ``str``, tuples ``tuple``, sets ``frozenset``,
+        maps ``dict`` (a frozenset of pairs inside a set), sequences ``tuple``, except that a sequence of at least
+        one character becomes ``str``. Events and datatype values, functions and processes become their text.
+
+        Raises:
+            ScriptError: also for infinite sets and sequences.
+        """
+        node, frame = self._tied(text)
+        return self._evaluator.run(lambda: self._plain(deep(self._evaluator.value(node, frame)(()))))
+
+    def show(self, text: str) -> str:
+        """The value of an expression as the language writes it."""
+        node, frame = self._tied(text)
+        return self._print(node, frame)
+
+    def _print(self, node: syntax.Expr, frame: Frame) -> str:
+        def work() -> str:
+            value = self._evaluator.value(node, frame)(())
+            return describe(value, self.events) if isinstance(value, Process) else show(value)
+
+        return self._evaluator.run(work)
+
+    def _plain(self, value: Any, *, inside_set: bool = False) -> Any:
+        match value:
+            case int() | str():
+                return value
+            case Boolean():
+                return bool(value)
+            case tuple():
+                return tuple([self._plain(item, inside_set=inside_set) for item in value])
+            case Sequence():
+                items = [self._plain(item, inside_set=inside_set) for item in value.values()]
+                if items and all(type(item) is str for item in value.values()):
+                    return "".join(items)
+                return tuple(items)
+            case Map():
+                pairs = {
+                    self._plain(key, inside_set=True): self._plain(kept, inside_set=inside_set)
+                    for key, kept in value.entries.items()
+                }
+                return frozenset(pairs.items()) if inside_set else pairs
+            case Set():
+                return frozenset([self._plain(item, inside_set=True) for item in value.elements()])
+            case Event() | Dotted() | DotList():
+                return show(value)
+            case Process():
+                return describe(value, self.events)
+        return show(value)
+
+
+def load(
+    script: str | os.PathLike[str] | Source,
+    *,
+    overrides: Mapping[str, str] | None = None,
+    typecheck: bool = True,
+) -> Script:
+    """Load a script from a file, or from a text that has been read already.
+
+    Args:
+        script: a path or a source; includes are found relative to its folder.
+        overrides: expressions that replace those of top-level definitions ``NAME = ...``, by name.
+        typecheck: whether types are inferred and must be right.
+
+    Raises:
+        ScriptError: the file cannot be read, or the script is wrong.
+    """
+    source = script if isinstance(script, Source) else read_source(script)
+    tree = parse(source)
+    if overrides:
+        tree = _overridden(tree, overrides)
+    names = resolve(tree)
+    types: Types | None = None
+    if typecheck:
+        from cspm.inference import infer
+
+        types = infer(tree, names)
+    return Script(source, tree, names, types)
+
+
+def _overridden(tree: syntax.Script, overrides: Mapping[str, str]) -> syntax.Script:
+    """The script with other bodies for some of its top-level names."""
+    found: set[str] = set()
+    others: dict[str, Span] = {}
+
+    def rewrite(declarations: tuple[syntax.Declaration, ...]) -> tuple[syntax.Declaration, ...]:
+        return tuple([one(declaration) for declaration in declarations])
+
+    def one(declaration: syntax.Declaration) -> syntax.Declaration:
+        match declaration:
+            case syntax.IncludeDeclaration() | syntax.TimedDeclaration():
+                return replace(declaration, declarations=rewrite(declaration.declarations))
+            case syntax.PatternDefinition(pattern=syntax.NamePattern() as pattern) if pattern.text in overrides:
+                found.add(pattern.text)
+                text = Source(f"-D {pattern.text}", overrides[pattern.text])
+                return replace(declaration, body=parse_expression(text))
+            case _:
+                for name, span in _declared(declaration):
+                    others[name] = span
+                return declaration
+
+    result = replace(tree, declarations=rewrite(tree.declarations))
+    missing = [name for name in overrides if name not in found]
+    if missing:
+        constants = [d.pattern.text for d in _flat(tree.declarations) if isinstance(d.pattern, syntax.NamePattern)]
+        raise ScriptError(
+            *[
+                name_messages.unknown_override(name, suggestions(name, constants), defined=others.get(name))
+                for name in missing
+            ]
+        )
+    return result
+
+
+def _flat(declarations: tuple[syntax.Declaration, ...]) -> Iterator[syntax.PatternDefinition]:
+    for declaration in declarations:
+        if isinstance(declaration, syntax.IncludeDeclaration | syntax.TimedDeclaration):
+            yield from _flat(declaration.declarations)
+        elif isinstance(declaration, syntax.PatternDefinition):
+            yield declaration
+
+
+def _declared(declaration: syntax.Declaration) -> list[tuple[str, Span]]:
+    match declaration:
+        case syntax.ChannelDeclaration():
+            return [(name.name, name.span) for name in declaration.names]
+        case syntax.DatatypeDeclaration():
+            constructors = [] if declaration.subtype else [(c.name, c.span) for c in declaration.constructors]
+            return [(declaration.name, declaration.span), *constructors]
+        case (
+            syntax.FunctionDefinition()
+            | syntax.NametypeDeclaration()
+            | syntax.ModuleDeclaration()
+            | syntax.InstanceDeclaration()
+        ):
+            return [(declaration.name, declaration.span)]
+    return []
+
+
+def _operands(node: syntax.Assertion) -> list[syntax.Expr]:
+    """The expressions that an assertion speaks of."""
+    match node:
+        case syntax.NotAssertion():
+            return _operands(node.inner)
+        case syntax.Refinement():
+            found = [node.specification, node.implementation]
+        case syntax.Property():
+            found = [node.process] if node.trace is None else [node.process, node.trace]
+        case syntax.BooleanAssertion():
+            return [node.condition]
+        case _:
+            return []
+    return [*found, *[option.events for option in node.options if option.events is not None]]
+
+
+def _expectations(tree: syntax.Script, source: Source) -> dict[tuple[int, bool], Expected]:
+    """The expected verdicts in comments, by line and whether (True) or not other text stands there with them.
+
+    A comment that stands alone counts for its own line too: it may be inside an assertion of several lines.
+    """
+    found: dict[tuple[int, bool], Expected] = {}
+    for comment in tree.comments:
+        match = _EXPECT.search(comment.text)
+        if match is None:
+            continue
+        expected: Any = match.group(1)
+        line = comment.span.line
+        before = source.line_text(line)[: comment.span.column - 1]
+        found[line, True] = expected
+        if not before.strip():
+            found[comment.span.end_line, False] = expected
+    return found

@@ -1,0 +1,514 @@
+"""The values that expressions have, sets, dotted values and processes apart.
+
+=========== ==============================================================================================
+integers    Python ``int``
+Booleans    :data:`TRUE` and :data:`FALSE`. Not ``bool``: Python holds ``True == 1`` and ``hash(True) == hash(1)``,
+            and neither sets nor the arguments that name a process may mix the two up
+characters  Python ``str`` of length one
+tuples      Python ``tuple``
+sequences   :class:`Sequence`
+maps        :class:`Map`
+functions   :class:`Function`, ``cspm.builtins.Builtin``
+sets        ``cspm.sets``
+dotted      ``cspm.dots``: constructors, channels, events, and what is dotted together
+processes   ``cspm.process``
+=========== ==============================================================================================
+
+The items of tuples, sequences and maps may be thunks. :func:`deep` evaluates a value through and through; only then
+can it be compared, hashed and kept in a set.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Iterator
+from typing import Any, Final
+
+from cspm.failure import Failure
+from cspm.messages import evaluation as messages
+from cspm.thunks import Env, Thunk
+
+LONGEST: Final = 1 << 24
+"""A sequence that is evaluated to its end may have so many elements."""
+NESTING: Final = 2_000
+"""Values may be nested so deep (recursive datatypes apart, which have no limit)."""
+
+
+class Boolean:
+    """``true`` or ``false``; there are two objects of this class."""
+
+    __slots__ = ("truth",)
+
+    def __init__(self, truth: bool) -> None:
+        self.truth = truth
+
+    def __bool__(self) -> bool:
+        return self.truth
+
+    def __repr__(self) -> str:
+        return "true" if self.truth else "false"
+
+
+TRUE: Final = Boolean(True)
+FALSE: Final = Boolean(False)
+
+
+def boolean(truth: bool) -> Boolean:
+    """The value for a Python truth value."""
+    return TRUE if truth else FALSE
+
+
+class Sequence:
+    """A finite or infinite sequence, evaluated as far as it has been looked at.
+
+    What is known completely is kept back to front in a list that sequences share: the elements are
+    ``_items[_end - 1]`` down to ``_items[0]``. So a tail is another view of the same list, and putting an
+    element in front appends to the list unless another sequence has done so already (then it is copied).
+
+    Otherwise ``_rest`` is a thunk for the sequence that follows, and the elements known so far are
+    ``_items[_end:]``, front to back.
+    """
+
+    __slots__ = ("_deep", "_end", "_endless", "_hash", "_items", "_rest")
+
+    _items: list[Any]
+    _end: int
+    _rest: Thunk | None
+
+    def __init__(self, items: list[Any], end: int, rest: Thunk | None = None) -> None:
+        self._items = items
+        self._end = end
+        self._rest = rest
+        self._endless = False
+        self._deep = False
+        self._hash: int | None = None
+
+    @classmethod
+    def of(cls, items: Iterable[Any]) -> Sequence:
+        """The finite sequence of *items* (values or thunks)."""
+        kept = list(items)
+        kept.reverse()
+        return cls(kept, len(kept))
+
+    @classmethod
+    def lazy(cls, items: list[Any], rest: Thunk, *, endless: bool = False) -> Sequence:
+        """*items*, then the sequence that *rest* evaluates to; *endless*: it certainly has no end.
+
+        The list is kept, not copied.
+        """
+        sequence = cls(items, 0, rest)
+        sequence._endless = endless
+        return sequence
+
+    @property
+    def endless(self) -> bool:
+        """Whether the sequence is known to have no end."""
+        return self._endless
+
+    def uncons(self) -> tuple[Any, Any] | None:
+        """First element and the rest (either may be a thunk); None for the empty sequence."""
+        sequence: Sequence = self
+        while True:
+            rest = sequence._rest
+            end = sequence._end
+            if rest is None:
+                if end == 0:
+                    return None
+                return sequence._items[end - 1], Sequence(sequence._items, end - 1)
+            items = sequence._items
+            if end + 1 < len(items):
+                return items[end], sequence._view(end + 1)
+            if end < len(items):
+                return items[end], rest
+            sequence = rest.force()
+
+    def _view(self, start: int) -> Sequence:
+        view = Sequence(self._items, start, self._rest)
+        view._endless = self._endless
+        return view
+
+    def cons(self, item: Any) -> Sequence:
+        """*item* in front of this sequence."""
+        if self._rest is not None:
+            return Sequence.lazy([item, *self._items[self._end :]], self._rest, endless=self._endless)
+        items, end = self._items, self._end
+        if end == len(items):
+            items.append(item)
+        elif items[end] is not item:
+            items = items[:end]
+            items.append(item)
+        return Sequence(items, end + 1)
+
+    def concat(self, other: Sequence) -> Sequence:
+        """This sequence, which must be finite, and then *other*."""
+        mine = self._backward()
+        if not mine:
+            return other
+        if other._rest is not None:
+            mine.reverse()
+            return Sequence.lazy([*mine, *other._items[other._end :]], other._rest, endless=other._endless)
+        items, end = other._items, other._end
+        if end == len(items):
+            items.extend(mine)
+        else:
+            items = items[:end]
+            items.extend(mine)
+        return Sequence(items, end + len(mine))
+
+    def forced(self) -> Sequence:
+        """This sequence, known to its end.
+
+        Raises:
+            Failure: it has no end, as far as can be told, or is longer than :data:`LONGEST`.
+        """
+        if self._rest is None:
+            return self
+        known: list[Any] = []
+        passed: list[tuple[Sequence, int]] = []
+        seen: set[int] = set()
+        sequence: Sequence = self
+        while sequence._rest is not None:
+            if sequence._endless or id(sequence) in seen:
+                raise Failure(messages.infinite_sequence(), is_limit=True)
+            passed.append((sequence, len(known)))
+            seen.add(id(sequence))
+            known.extend(sequence._items[sequence._end :])
+            if len(known) > LONGEST:
+                raise Failure(messages.too_long(LONGEST), is_limit=True)
+            sequence = sequence._rest.force()
+        known.extend(sequence.items())
+        known.reverse()
+        for lazy, offset in passed:
+            lazy._items = known
+            lazy._end = len(known) - offset
+            lazy._rest = None
+        return self
+
+    def _backward(self) -> list[Any]:
+        self.forced()
+        return self._items[: self._end]
+
+    def items(self) -> list[Any]:
+        """All elements in order, thunks among them, in a fresh list."""
+        kept = self._backward()
+        kept.reverse()
+        return kept
+
+    def values(self) -> list[Any]:
+        """All elements in order, each evaluated."""
+        kept = self.items()
+        for i, item in enumerate(kept):
+            if type(item) is Thunk:
+                kept[i] = item.force()
+        return kept
+
+    def known(self) -> tuple[list[Any], bool]:
+        """The elements known so far, and whether others may follow. Evaluates nothing."""
+        items: list[Any] = []
+        sequence: Any = self
+        while sequence._rest is not None:
+            items.extend(sequence._items[sequence._end :])
+            rest = sequence._rest
+            if rest.code is not None or len(items) > LONGEST:
+                return items, True
+            sequence = rest.value
+        items.extend(sequence.items())
+        return items, False
+
+    def is_empty(self) -> bool:
+        """Whether there is no first element."""
+        if self._rest is None:
+            return self._end == 0
+        return self._end >= len(self._items) and self.uncons() is None
+
+    def __len__(self) -> int:
+        self.forced()
+        return self._end
+
+    def __bool__(self) -> bool:
+        return not self.is_empty()
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self.values())
+
+    def deep(self, level: int) -> Sequence:
+        """This sequence with all elements evaluated through and through."""
+        if not self._deep:
+            self.forced()
+            items = self._items
+            for i in range(self._end):
+                item = items[i]
+                if type(item) is not int:
+                    items[i] = deep(item, level)
+            self._deep = True
+        return self
+
+    def _evaluated(self) -> list[Any]:
+        if not self._deep:
+            deep(self)
+        return self._items[: self._end]
+
+    def __eq__(self, other: object) -> bool:
+        if self is other:
+            return True
+        if not isinstance(other, Sequence):
+            return False
+        return len(self) == len(other) and self._evaluated() == other._evaluated()
+
+    def __hash__(self) -> int:
+        if self._hash is None:
+            self._hash = hash(tuple(self._evaluated()))
+        return self._hash
+
+    def __repr__(self) -> str:
+        from cspm.values_text import show
+
+        return show(self)
+
+
+def counting_from(low: int, size: int = 16) -> Sequence:
+    """``<low..>``: generated in chunks that double, the first of *size*."""
+    rest = Thunk(lambda env: counting_from(low + size, min(2 * size, 1 << 14)), ())
+    return Sequence.lazy(list(range(low, low + size)), rest, endless=True)
+
+
+EMPTY_SEQUENCE: Final = Sequence([], 0)
+
+
+def string(text: str) -> Sequence:
+    """The sequence of the characters of *text*."""
+    return Sequence.of(text)
+
+
+class Map:
+    """A finite map; keys are evaluated through and through, values may be thunks."""
+
+    __slots__ = ("_deep", "_hash", "entries")
+
+    def __init__(self, entries: dict[Any, Any]) -> None:
+        self.entries = entries
+        self._deep = False
+        self._hash: int | None = None
+
+    def deep(self, level: int) -> Map:
+        """This map with all values evaluated through and through."""
+        if not self._deep:
+            for key, value in self.entries.items():
+                self.entries[key] = deep(value, level)
+            self._deep = True
+        return self
+
+    def __eq__(self, other: object) -> bool:
+        return self is other or (isinstance(other, Map) and deep(self).entries == deep(other).entries)
+
+    def __hash__(self) -> int:
+        if self._hash is None:
+            self._hash = hash(frozenset(deep(self).entries.items()))
+        return self._hash
+
+    def __repr__(self) -> str:
+        from cspm.values_text import show
+
+        return show(self)
+
+
+class Function:
+    """A function of the script with the variables around it (``env``) and the arguments that it has so far.
+
+    ``applied`` is the number of its parameter lists that have arguments already.
+    ``routine`` is its definition (``cspm.evaluator.routines``). Two functions are the same in a process's arguments
+    if they are of the same definition and the variables that it uses have the same values.
+    """
+
+    __slots__ = ("_hash", "_key", "applied", "collected", "env", "routine")
+
+    def __init__(self, routine: Any, env: Env, collected: Env = (), applied: int = 0) -> None:
+        self.routine = routine
+        self.env = env
+        self.collected = collected
+        self.applied = applied
+        self._key: Hashable = None
+        self._hash = 0
+
+    @property
+    def key(self) -> Hashable:
+        """What identifies the function, once :func:`deep` has been applied to it."""
+        if self._key is None:
+            deep(self)
+        return self._key
+
+    def identify(self, level: int) -> None:
+        """Evaluate the variables that the function uses, so that it can be compared and hashed."""
+        if self._key is None:
+            captured = self.routine.captured(self.env, level)
+            collected = tuple([deep(value, level) for value in self.collected])
+            self._key = (self.routine, captured, collected, self.applied)
+            self._hash = hash(self._key)
+
+    def __eq__(self, other: object) -> bool:
+        return self is other or (
+            isinstance(other, Function)
+            and self.routine is other.routine
+            and self.key == other.key
+            and self._hash == other._hash
+        )
+
+    def __hash__(self) -> int:
+        if self._key is None:
+            deep(self)
+        return self._hash
+
+    def __repr__(self) -> str:
+        return f"<function {self.routine.name}>"
+
+
+ATOMS: Final = frozenset({int, str, Boolean})
+
+
+def deep(value: Any, level: int = 0) -> Any:
+    """*value* evaluated through and through, sets in the form in which equal sets are equal objects' contents.
+
+    Raises:
+        Failure: an evaluation failed, or there is no end to it.
+    """
+    kind = type(value)
+    if kind in ATOMS:
+        return value
+    if kind is Thunk:
+        return value.settle(deep(value.force(), level))
+    if level > NESTING:
+        raise Failure(messages.nested_too_deep(NESTING), is_limit=True)
+    if kind is tuple:
+        for item in value:
+            if type(item) not in ATOMS:
+                return tuple([deep(item, level + 1) for item in value])
+        return value
+    if kind is Sequence:
+        return value.deep(level + 1)
+    if kind is Map:
+        return value.deep(level + 1)
+    if kind is Function:
+        value.identify(level + 1)
+        return value
+    canonical: Callable[[], Any] | None = getattr(value, "canonical", None)
+    return value if canonical is None else canonical()
+
+
+def equal(left: Any, right: Any) -> bool:
+    """``==``: structural, sets by their elements. Both sides must be evaluated (not thunks).
+
+    Raises:
+        Failure: an item cannot be evaluated, or the two cannot be compared (functions, processes, infinite sets).
+    """
+    kind = type(left)
+    if kind in ATOMS:
+        return kind is type(right) and bool(left == right)
+    if kind is tuple:
+        if type(right) is not tuple or len(left) != len(right):
+            return False
+        for i, item in enumerate(left):
+            a = item.force() if type(item) is Thunk else item
+            b = right[i]
+            if not equal(a, b.force() if type(b) is Thunk else b):
+                return False
+        return True
+    if kind is Sequence:
+        return type(right) is Sequence and equal_sequences(left, right)
+    if kind is Map:
+        return type(right) is Map and _equal_maps(left, right)
+    comparison: Callable[[Any], bool] | None = getattr(left, "is_same", None)
+    if comparison is None:
+        raise Failure(messages.not_comparable(left))
+    return comparison(right)
+
+
+def equal_sequences(left: Sequence, right: Sequence) -> bool:
+    """``==`` on sequences: stops at the first difference, so one of the two may be infinite."""
+    a: Any = left
+    b: Any = right
+    while True:
+        if a is b and a._endless:
+            return True
+        if a._rest is None and b._rest is None:
+            if a._end != b._end:
+                return False
+            return all(equal(_get(a, i), _get(b, i)) for i in range(a._end - 1, -1, -1))
+        first, second = a.uncons(), b.uncons()
+        if first is None or second is None:
+            return first is second
+        x, a = first
+        y, b = second
+        if not equal(x.force() if type(x) is Thunk else x, y.force() if type(y) is Thunk else y):
+            return False
+        a = a.force() if type(a) is Thunk else a
+        b = b.force() if type(b) is Thunk else b
+
+
+def _get(sequence: Sequence, i: int) -> Any:
+    item = sequence._items[i]
+    if type(item) is Thunk:
+        item = sequence._items[i] = item.force()
+    return item
+
+
+def _equal_maps(left: Map, right: Map) -> bool:
+    if left.entries.keys() != right.entries.keys():
+        return False
+    return all(equal(_value(left, key), _value(right, key)) for key in left.entries)
+
+
+def _value(mapping: Map, key: Any) -> Any:
+    value = mapping.entries[key]
+    if type(value) is Thunk:
+        value = mapping.entries[key] = value.force()
+    return value
+
+
+def less(left: Any, right: Any, *, strict: bool) -> bool:
+    """``<`` (*strict*) or ``<=``.
+
+    Numbers and characters by size, tuples lexicographically, sequences by prefix, sets by inclusion, maps by
+    inclusion of their entries' keys with smaller values. Values that are not related give False both ways.
+
+    Raises:
+        Failure: values of this kind have no order, or the comparison has no end.
+    """
+    kind = type(left)
+    if kind is not type(right) and not (hasattr(left, "is_subset") and hasattr(right, "is_subset")):
+        raise Failure(messages.not_ordered(left, right))
+    if kind is int or kind is str:
+        return bool(left < right if strict else left <= right)
+    if kind is tuple:
+        for i, item in enumerate(left):
+            a = item.force() if type(item) is Thunk else item
+            b = right[i].force() if type(right[i]) is Thunk else right[i]
+            if not equal(a, b):
+                return less(a, b, strict=True)
+        return not strict
+    if kind is Sequence:
+        return _is_prefix(left, right) and not (strict and equal_sequences(left, right))
+    if kind is Map:
+        inside = all(
+            key in right.entries and less(_value(left, key), _value(right, key), strict=False) for key in left.entries
+        )
+        return inside and not (strict and _equal_maps(left, right))
+    if hasattr(left, "is_subset"):
+        return bool(left.is_subset(right)) and not (strict and left.is_same(right))
+    raise Failure(messages.not_ordered(left, right))
+
+
+def _is_prefix(left: Sequence, right: Sequence) -> bool:
+    a: Any = left
+    b: Any = right
+    while True:
+        first = a.uncons()
+        if first is None:
+            return True
+        second = b.uncons()
+        if second is None:
+            return False
+        x, a = first
+        y, b = second
+        if not equal(x.force() if type(x) is Thunk else x, y.force() if type(y) is Thunk else y):
+            return False
+        a = a.force() if type(a) is Thunk else a
+        b = b.force() if type(b) is Thunk else b

@@ -1,0 +1,265 @@
+"""The checker answers assertions, shares what they have in common, and says honestly where it had to stop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from checker.check import Checker
+from checker.verdict import Outcome, Verdict
+from cspm.process import DIV, STOP, Chaos, External, Prefix, Process, Reference, Run
+from tests.checker.terms import compositions, processes, reference
+from tests.checker.textbook import (
+    a,
+    b,
+    c,
+    checker,
+    choose,
+    d,
+    events,
+    forever,
+    hidden,
+    interleave,
+    perhaps,
+    share,
+    then,
+)
+
+Question = Callable[[Checker], Outcome]
+
+
+def timeless(outcome: Outcome) -> Outcome:
+    return replace(outcome, seconds=0.0, peak_memory_bytes=0)
+
+
+def questions(p: Process, q: Process) -> list[Question]:
+    """Everything that can be asked about two processes."""
+    asked: list[Question] = []
+    for process in (p, q):
+        for model in ("F", "FD"):
+            asked.append(lambda on, p=process, m=model: on.check_property(p, "deadlock free", m))
+            asked.append(lambda on, p=process, m=model: on.check_property(p, "deterministic", m))
+        asked.append(lambda on, p=process: on.check_property(p, "divergence free"))
+        asked.append(lambda on, p=process: on.check_property(p, "has trace", "F", (a, b)))
+    for model in ("T", "F", "FD"):
+        asked.append(lambda on, m=model: on.check_refinement(p, m, q))
+        asked.append(lambda on, m=model: on.check_refinement(q, m, p))
+    return asked
+
+
+terms = st.one_of(processes(size=6), compositions(size=4, components=2))
+
+
+class TestSharing:
+    """What was asked before makes no difference."""
+
+    @settings(max_examples=40)
+    @given(terms, terms, st.randoms(use_true_random=False), st.booleans(), st.sampled_from((None, 4, 12)))
+    def test_shuffled_questions_have_the_same_answers(
+        self, p: Process, q: Process, random: object, full: bool, limit: int | None
+    ) -> None:
+        asked = questions(p, q)
+        alone = [timeless(question(checker(full=full, states=limit))) for question in asked]
+        order = list(range(len(asked)))
+        random.shuffle(order)  # type: ignore[attr-defined]
+        together = checker(full=full, states=limit)
+        answers = {i: timeless(asked[i](together)) for i in order}
+        assert [answers[i] for i in range(len(asked))] == alone
+
+    def test_a_machine_is_explored_once(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        import checker.machines
+
+        explored = []
+        explore = checker.machines.explore
+
+        def counted(packed: object, **options: object) -> object:
+            explored.append(packed)
+            return explore(packed, **options)
+
+        monkeypatch.setattr(checker.machines, "explore", counted)
+        one = Checker_of()
+        process = forever(a, b)
+        for kind in ("deadlock free", "divergence free", "deterministic"):
+            assert one.check_property(process, kind).verdict is Verdict.PASS
+        assert one.check_refinement(process, "FD", process).verdict is Verdict.PASS
+        assert len(explored) == 1
+
+    def test_old_machines_make_room(self) -> None:
+        from checker.budget import Budget
+        from checker.machines import Machines
+        from checker.verdict import Limits
+
+        machines = Machines(kept_bytes=1)
+        first, second = forever(a), forever(b)
+        whole = machines.exploration(first, "everything", Budget(Limits()))
+        assert machines.exploration(first, "everything", Budget(Limits())) is whole
+        machines.exploration(second, "everything", Budget(Limits()))
+        assert machines.exploration(first, "everything", Budget(Limits())) is not whole
+
+
+def Checker_of() -> Checker:  # noqa: N802
+    return checker()
+
+
+def counter(top: int, name: str = "Counter") -> Process:
+    """Counts up to *top* by a and down by b."""
+    made: dict[int, Reference] = {}
+
+    def at(n: int) -> Process:
+        if n not in made:
+            made[n] = reference(
+                f"{name}({n})",
+                lambda: Prefix(
+                    tuple((event, at(m)) for event, m in ((a, n + 1), (b, n - 1)) if 0 <= m <= top)
+                ),
+            )
+        return made[n]
+
+    return at(0)
+
+
+class TestLimits:
+    """A limit ends in unknown and says what was covered, unless the answer was there already."""
+
+    cube = interleave(forever(a, a, a, a, name="A"), forever(b, b, b, b, name="B"), forever(c, c, c, c, name="C"))
+
+    def test_states(self) -> None:
+        outcome = checker(states=20).check_property(self.cube, "deadlock free")
+        assert outcome.verdict is Verdict.UNKNOWN
+        assert outcome.reason == (
+            "state limit of 20 reached: 20 states explored to depth 3, no deadlock or divergence among them"
+        )
+        assert outcome.states == 20
+
+    def test_states_of_a_component(self) -> None:
+        outcome = checker(states=100).check_property(counter(10_000), "deadlock free")
+        assert outcome.verdict is Verdict.UNKNOWN
+        assert outcome.reason == (
+            "more than 100 states: `Counter` is called with 101 different arguments: "
+            "`Counter(0)`, `Counter(1)`, `Counter(2)`, ..."
+        )
+
+    def test_states_of_the_specification(self) -> None:
+        outcome = checker(states=20).check_refinement(self.cube, "T", STOP)
+        assert outcome.verdict is Verdict.UNKNOWN
+        assert outcome.reason == "state limit of 20 reached in the specification: 20 states explored to depth 3"
+
+    def test_states_of_the_implementation(self) -> None:
+        outcome = checker(states=20).check_refinement(Run(events(a, b, c)), "T", self.cube)
+        assert outcome.verdict is Verdict.UNKNOWN
+        assert outcome.reason == "state limit of 20 reached: 20 states explored to depth 3, no violation among them"
+
+    def test_a_single_state_is_one_state(self) -> None:
+        outcome = checker(states=1).check_property(self.cube, "divergence free")
+        assert outcome.reason == "state limit of 1 reached: 1 state explored to depth 0, no divergence among them"
+
+    def test_time(self) -> None:
+        outcome = checker(seconds=0.0).check_property(self.cube, "deadlock free")
+        assert outcome.verdict is Verdict.UNKNOWN
+        assert outcome.reason is not None
+        assert outcome.reason.startswith("time limit of 0 s reached")
+
+    def test_memory(self) -> None:
+        outcome = checker(memory_bytes=1).check_property(self.cube, "deadlock free")
+        assert outcome.verdict is Verdict.UNKNOWN
+        assert outcome.reason is not None
+        assert outcome.reason.startswith("memory limit of 1 bytes reached")
+
+    @pytest.mark.parametrize("states", [5, 10, 20, 60])
+    def test_what_was_found_in_time_stands(self, states: int) -> None:
+        """The deadlock after d is at depth 1, whatever lies beyond."""
+        process = share(events(d), self.cube, choose(then(d, STOP), forever(d)))
+        whole = checker().check_property(then(d, STOP), "deadlock free")
+        assert whole.verdict is Verdict.FAIL
+        wide = choose(then(d, STOP), self.cube)
+        outcome = checker(states=states).check_property(wide, "deadlock free")
+        assert outcome.verdict is Verdict.FAIL
+        assert outcome.counterexample is not None
+        assert outcome.counterexample.trace == ("d",)
+        assert process is not None
+
+    @given(terms, terms, st.integers(1, 30))
+    def test_a_limit_never_turns_a_verdict(self, p: Process, q: Process, states: int) -> None:
+        for question in questions(p, q):
+            free, limited = question(checker()), question(checker(states=states))
+            assert limited.verdict in (free.verdict, Verdict.UNKNOWN)
+            assert (limited.reason is not None) == (limited.verdict is Verdict.UNKNOWN)
+            if limited.verdict is Verdict.FAIL and "has trace" not in str(question):
+                assert limited.counterexample == free.counterexample
+
+
+class TestWorkers:
+    @settings(max_examples=15)
+    @given(terms, terms)
+    def test_their_number_makes_no_difference(self, p: Process, q: Process) -> None:
+        for question in questions(p, q):
+            assert timeless(question(checker(workers=2))) == timeless(question(checker(workers=1)))
+
+
+class TestCounts:
+    """States and transitions are those of the composed machine, or of what had to be looked at."""
+
+    def test_a_property_that_holds_counts_the_whole_machine(self) -> None:
+        outcome = checker().check_property(TestLimits.cube, "deadlock free")
+        assert (outcome.states, outcome.transitions) == (64, 192)
+
+    def test_a_failure_counts_the_levels_up_to_it(self) -> None:
+        """a -> STOP ||| b -> ... stops at the first deadlock, after two events."""
+        process = choose(then(a, b, STOP), then(c, forever(d)))
+        assert checker().check_property(process, "deadlock free").states == 4
+        whole = checker(full=True).check_property(process, "deadlock free")
+        assert (whole.states, whole.transitions) == (4, 4)
+        assert checker().check_property(then(a, choose(then(a, STOP), then(b, c, d, STOP))), "deadlock free").states == 4
+        assert (
+            checker(full=True).check_property(then(a, choose(then(a, STOP), then(b, c, d, STOP))), "deadlock free").states
+            == 6
+        )
+
+    def test_a_refinement_counts_pairs(self) -> None:
+        outcome = checker().check_refinement(forever(a), "T", forever(a, a))
+        assert (outcome.states, outcome.transitions) == (2, 2)
+        assert checker(full=True).check_refinement(forever(a, a, a), "T", forever(a, a)).states == 6
+
+
+class TestWhatCannotBeChecked:
+    @pytest.mark.parametrize(
+        ("model", "reason"),
+        [
+            ("V", "the model V (revivals) is not checked"),
+            ("VD", "the model VD (revivals with divergence) is not checked"),
+            ("R", "the model R (refusal testing) is not checked"),
+            ("RD", "the model RD (refusal testing with divergence) is not checked"),
+        ],
+    )
+    def test_models(self, model: str, reason: str) -> None:
+        for outcome in (
+            checker().check_refinement(STOP, model, STOP),  # type: ignore[arg-type]
+            checker().check_property(STOP, "deadlock free", model),  # type: ignore[arg-type]
+        ):
+            assert (outcome.verdict, outcome.reason) == (Verdict.UNKNOWN, reason)
+
+    def test_functions(self) -> None:
+        process = External("chase", STOP, ())
+        outcome = checker().check_property(process, "deadlock free")
+        assert (outcome.verdict, outcome.reason) == (Verdict.UNKNOWN, "the function `chase` is not supported")
+        assert checker().check_refinement(STOP, "T", process).verdict is Verdict.UNKNOWN
+        assert checker().check_refinement(process, "T", STOP).verdict is Verdict.UNKNOWN
+
+    def test_determinism_in_traces(self) -> None:
+        outcome = checker().check_property(STOP, "deterministic", "T")
+        assert outcome.verdict is Verdict.UNKNOWN
+
+
+def test_the_explicit_machine_of_a_process() -> None:
+    machine = checker().lts(hidden(forever(a, b), a))
+    assert (machine.states, machine.transitions, machine.alphabet()) == (2, 2, (0, b))
+
+
+def test_time_and_memory_are_reported() -> None:
+    outcome = checker().check_property(perhaps(Chaos(events(a)), DIV), "divergence free")
+    assert outcome.seconds > 0
+    assert outcome.peak_memory_bytes > 0

@@ -1,0 +1,143 @@
+"""Determinism: no event is ever both possible and refusable."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from checker.normalisation import divergent_states
+from checker.verdict import Outcome, Verdict
+from cspm.process import DIV, SKIP, STOP, Chaos, Process, Rename, Run
+from tests.checker import explicit
+from tests.checker.explicit import lts
+from tests.checker.terms import BASIC, STATIC, compositions, processes
+from tests.checker.textbook import (
+    a,
+    b,
+    c,
+    checker,
+    choose,
+    d,
+    events,
+    forever,
+    hidden,
+    identifiers,
+    interleave,
+    perhaps,
+    rows_of,
+    sequence,
+    share,
+    then,
+    timeout,
+)
+
+ab = events(a, b)
+terms = st.one_of(processes(size=8), compositions(size=5, components=3))
+nearly_deterministic = compositions(operators=BASIC, static=STATIC, size=6, components=3)
+"""Prefixes in parallel, hidden and renamed: often deterministic, often with taus."""
+
+
+def holds(outcome: Outcome) -> bool:
+    assert outcome.verdict in (Verdict.PASS, Verdict.FAIL)
+    return outcome.verdict is Verdict.PASS
+
+
+@pytest.mark.parametrize(
+    ("process", "in_f", "in_fd"),
+    [
+        pytest.param(STOP, True, True, id="STOP"),
+        pytest.param(SKIP, True, True, id="SKIP"),
+        pytest.param(DIV, True, False, id="DIV refuses nothing in F"),
+        pytest.param(Run(ab), True, True, id="RUN"),
+        pytest.param(Chaos(ab), False, False, id="CHAOS"),
+        pytest.param(choose(then(a, STOP), then(b, STOP)), True, True, id="external choice"),
+        pytest.param(choose(then(a, STOP), then(a, b, STOP)), False, False, id="one event, two branches"),
+        pytest.param(choose(then(a, b, STOP), then(a, b, STOP)), True, True, id="the same branch twice"),
+        pytest.param(perhaps(then(a, STOP), then(b, STOP)), False, False, id="internal choice"),
+        pytest.param(perhaps(then(a, STOP), then(a, STOP)), True, True, id="internal choice between equals"),
+        pytest.param(timeout(then(a, STOP), then(b, STOP)), False, False, id="timeout"),
+        pytest.param(choose(SKIP, then(a, STOP)), False, False, id="termination beside an event"),
+        pytest.param(perhaps(SKIP, STOP), False, False, id="termination or not"),
+        pytest.param(sequence(then(a, SKIP), then(b, STOP)), True, True, id="the tau of a termination"),
+        pytest.param(interleave(forever(a), forever(b)), True, True, id="interleaving of different events"),
+        pytest.param(
+            interleave(forever(a, b), forever(a, c)), False, False, id="interleaving of the same event, who knows whose"
+        ),
+        pytest.param(interleave(forever(a, b), forever(a, b)), True, True, id="interleaving of equals"),
+        pytest.param(
+            hidden(share(events(c), forever(a, c), forever(c, b)), c),
+            True,
+            True,
+            id="hand-over between cells",
+        ),
+        pytest.param(hidden(choose(then(a, c, STOP), then(b, d, STOP)), a, b), False, False, id="hidden choice"),
+        pytest.param(Rename(choose(then(a, c, STOP), then(b, d, STOP)), ((b, a),)), False, False, id="renamed choice"),
+        pytest.param(choose(then(a, STOP), DIV), True, False, id="an event beside a divergence, in F"),
+        pytest.param(
+            choose(then(a, then(b, STOP)), then(a, DIV)), True, False, id="an event into a divergence or a stable state"
+        ),
+        pytest.param(
+            choose(then(a, choose(then(b, STOP), DIV)), then(a, c, STOP)), False, False, id="refused elsewhere, in F"
+        ),
+    ],
+)
+def test_textbook(process: Process, in_f: bool, in_fd: bool) -> None:
+    assert holds(checker().check_property(process, "deterministic", "F")) == in_f
+    assert holds(checker().check_property(process, "deterministic", "FD")) == in_fd
+    assert holds(checker().check_property(process, "deterministic")) == in_fd
+
+
+@given(st.one_of(terms, nearly_deterministic), st.booleans())
+def test_in_f_the_first_trace_and_event(process: Process, full: bool) -> None:
+    outcome = checker(full=full).check_property(process, "deterministic", "F")
+    rows = rows_of(process)
+    expected = explicit.first_nondeterminism(rows)
+    assert holds(outcome) == (expected is None)
+    found = outcome.counterexample
+    if found is not None and expected is not None:
+        trace, event = expected
+        assert found.kind == "nondeterminism"
+        assert identifiers(found.trace) == trace
+        assert identifiers([found.event or ""]) == (event,)
+        assert found.alternative is not None
+        assert identifiers(found.alternative) == (*trace, event)
+
+
+@given(st.one_of(terms, nearly_deterministic))
+def test_in_fd_a_divergence_is_told_first(process: Process) -> None:
+    outcome = checker().check_property(process, "deterministic", "FD")
+    rows = rows_of(process)
+    divergence = explicit.first_divergence(rows)
+    expected = explicit.first_nondeterminism(rows)
+    assert holds(outcome) == (divergence is None and expected is None)
+    found = outcome.counterexample
+    if found is not None:
+        assert found.kind == ("nondeterminism" if divergence is None else "divergence")
+        assert identifiers(found.trace) == (divergence if divergence is not None else expected and expected[0])
+
+
+@given(st.one_of(terms, nearly_deterministic))
+def test_a_deterministic_process_is_equivalent_to_its_candidate(process: Process) -> None:
+    """The states that the candidate chooses have all the failures of the process, which has no others."""
+    rows = rows_of(process)
+    machine = lts(rows)
+    if divergent_states(machine).any() or explicit.first_nondeterminism(rows) is not None:
+        return
+    from checker.determinism import candidate
+
+    chosen = candidate(machine)
+    for trace in explicit.traces(rows, 4):
+        node = chosen.along(trace)
+        assert node is not None
+        states = explicit.after(rows, trace)
+        assert set(chosen.allowed(node)) == explicit.events(rows, states)
+        assert {frozenset(acceptance) for acceptance in chosen.acceptances(node)} == explicit.acceptances(rows, states)
+
+
+def test_both_runs_are_told() -> None:
+    process = then(a, perhaps(then(b, STOP), then(c, STOP)))
+    found = checker().check_property(process, "deterministic").counterexample
+    assert found is not None
+    assert (found.kind, found.trace, found.event, found.refusal) == ("nondeterminism", ("a", "tau"), "b", ("b",))
+    assert found.alternative == ("a", "tau", "b")

@@ -1,0 +1,210 @@
+"""What programs read: JSON, lines of JSON, JUnit, GitHub's annotations, and one line an assertion."""
+
+from __future__ import annotations
+
+import json
+import re
+import xml.etree.ElementTree as ET
+from typing import Any
+
+import pytest
+from syrupy.assertion import SnapshotAssertion
+
+from cspcheck.report import FORMATS, Report, report
+from cspcheck.report.concise import ConciseReport
+from cspcheck.report.github import GithubReport
+from cspcheck.report.json import JsonLinesReport, JsonReport
+from cspcheck.report.junit import JunitReport
+from cspcheck.report.style import Style
+from cspcheck.result import Result, Summary
+from cspm.diagnostics import Diagnostic
+
+
+def fill(to: Report, results: dict[str, Result], mistakes: dict[str, Diagnostic], summary: Summary) -> None:
+    to.diagnostics(mistakes.values())
+    to.script("table.csp", ("{1, 2}",))
+    for result in results.values():
+        to.result(result)
+    to.end(summary)
+
+
+@pytest.fixture
+def pieces() -> list[str]:
+    return []
+
+
+@pytest.fixture
+def document(
+    pieces: list[str], results: dict[str, Result], mistakes: dict[str, Diagnostic], summary: Summary
+) -> dict[str, Any]:
+    fill(JsonReport(pieces.append, "0.1.0"), results, mistakes, summary)
+    parsed: dict[str, Any] = json.loads("".join(pieces))
+    return parsed
+
+
+class TestJson:
+    def test_word_for_word(self, document: dict[str, Any], pieces: list[str], snapshot: SnapshotAssertion) -> None:
+        assert document
+        assert "".join(pieces) == snapshot
+
+    def test_the_keys_and_their_order(self, document: dict[str, Any]) -> None:
+        assert list(document) == ["schema", "version", "results", "diagnostics", "summary"]
+        assert document["schema"] == "cspcheck/1"
+        assert list(document["summary"]) == ["pass", "fail", "unknown", "error"]
+        for result in document["results"]:
+            assert list(result) == [
+                "file", "line", "assertion", "kind", "model", "verdict", "expected", "reason", "states", "transitions",
+                "seconds", "peak_memory_bytes", "counterexample",
+            ]  # fmt: skip
+            if result["counterexample"] is None:
+                continue
+            assert list(result["counterexample"]) == [
+                "kind", "trace", "event", "refusal", "allowed", "loop", "components", "values"
+            ]  # fmt: skip
+            for component in result["counterexample"]["components"]:
+                assert list(component) == ["name", "trace", "state", "line", "offers", "waiting_for"]
+                assert len(component["trace"]) == len(result["counterexample"]["trace"])
+        for diagnostic in document["diagnostics"]:
+            assert list(diagnostic) == [
+                "severity", "code", "message", "file", "line", "column", "end_line", "end_column", "help"
+            ]  # fmt: skip
+
+    def test_it_is_ascii_so_that_any_terminal_and_pipe_carries_it(
+        self, document: dict[str, Any], pieces: list[str]
+    ) -> None:
+        assert document
+        assert "".join(pieces).isascii()
+
+    def test_an_interrupted_run_is_still_a_document(self, pieces: list[str]) -> None:
+        JsonReport(pieces.append, "0.1.0").end(Summary.empty(), interrupted=True)
+
+        assert json.loads("".join(pieces))["results"] == []
+
+
+def test_lines_of_json_are_the_objects_of_the_document(
+    document: dict[str, Any], results: dict[str, Result], mistakes: dict[str, Diagnostic], summary: Summary
+) -> None:
+    lines: list[str] = []
+    fill(JsonLinesReport(lines.append), results, mistakes, summary)
+
+    assert all(line.endswith("\n") and line.count("\n") == 1 for line in lines)
+    assert [json.loads(line) for line in lines] == document["diagnostics"] + document["results"]
+
+
+def test_concise(
+    pieces: list[str],
+    results: dict[str, Result],
+    mistakes: dict[str, Diagnostic],
+    summary: Summary,
+    snapshot: SnapshotAssertion,
+) -> None:
+    fill(ConciseReport(pieces.append), results, mistakes, summary)
+
+    assert all(re.match(r"\S+:\d+: (pass|fail|unknown|error): \S", line) for line in pieces)
+    assert "".join(pieces) == snapshot
+
+
+def test_quiet_concise_leaves_out_what_is_as_expected(
+    pieces: list[str], results: dict[str, Result], summary: Summary
+) -> None:
+    fill(ConciseReport(pieces.append, -1), results, {}, summary)
+
+    assert len(pieces) == sum(not result.as_expected for result in results.values())
+
+
+class TestGithub:
+    def test_word_for_word(
+        self,
+        pieces: list[str],
+        results: dict[str, Result],
+        mistakes: dict[str, Diagnostic],
+        summary: Summary,
+        snapshot: SnapshotAssertion,
+    ) -> None:
+        fill(GithubReport(pieces.append), results, mistakes, summary)
+
+        assert "".join(pieces) == snapshot
+
+    def test_a_run_that_is_as_expected_has_no_annotation(
+        self, pieces: list[str], results: dict[str, Result], summary: Summary
+    ) -> None:
+        fill(GithubReport(pieces.append), {n: r for n, r in results.items() if r.as_expected}, {}, summary)
+
+        assert len(pieces) == 1
+        assert "::" not in pieces[0]
+
+    def test_separators_in_properties_and_text_are_escaped(
+        self, pieces: list[str], results: dict[str, Result], mistakes: dict[str, Diagnostic]
+    ) -> None:
+        to = GithubReport(pieces.append)
+        to.result(results["hostile"])
+        to.diagnostics([mistakes["hostile"]])
+
+        assert all(line.count("\n") == 1 for line in pieces)
+        assert pieces[0].startswith("::error file=a%25b%2Cc%3Ad.csp,line=40,title=assertion%3A fail::")
+        assert pieces[1].endswith("title=CSP001::bad \ufffd[2Jtext%0A::error::100%25\n")
+
+    def test_columns_are_for_places_within_a_line(self, pieces: list[str], mistakes: dict[str, Diagnostic]) -> None:
+        GithubReport(pieces.append).diagnostics([mistakes["plain"], mistakes["several lines"]])
+
+        assert "line=4,endLine=4,col=12,endColumn=14,title=" in pieces[0]
+        assert "line=7,endLine=9,title=" in pieces[1]
+
+
+class TestJunit:
+    @pytest.fixture
+    def xml(
+        self, pieces: list[str], results: dict[str, Result], mistakes: dict[str, Diagnostic], summary: Summary
+    ) -> str:
+        to = JunitReport(pieces.append, timestamp="2024-01-02T03:04:05", hostname="here")
+        fill(to, results, mistakes, summary)
+        return "".join(pieces)
+
+    def test_word_for_word(self, xml: str, snapshot: SnapshotAssertion) -> None:
+        assert xml == snapshot
+
+    def test_it_has_what_the_schemas_of_ant_and_jenkins_want_and_nothing_else(self, xml: str) -> None:
+        """The rules of ``JUnit.xsd`` (Ant) and ``junit-10.xsd`` (Jenkins), both at once."""
+        root = ET.fromstring(xml)
+        assert (root.tag, root.attrib) == ("testsuites", {})
+        for i, suite in enumerate(root):
+            assert suite.tag == "testsuite"
+            assert set(suite.attrib) == {
+                "name", "package", "id", "timestamp", "hostname", "tests", "failures", "errors", "skipped", "time"
+            }  # fmt: skip
+            assert suite.get("id") == str(i)
+            assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d", suite.attrib["timestamp"])
+            assert all(suite.attrib[name].strip() for name in ("name", "hostname"))
+            assert re.fullmatch(r"\d+\.\d+", suite.attrib["time"])
+            tags = [child.tag for child in suite]
+            cases = suite.findall("testcase")
+            assert tags == ["properties", *["testcase"] * len(cases), "system-out", "system-err"]
+            for attribute, element in (("failures", "failure"), ("errors", "error")):
+                assert int(suite.attrib[attribute]) == len(suite.findall(f"testcase/{element}"))
+            assert int(suite.attrib["tests"]) == len(cases)
+            for case in cases:
+                assert set(case.attrib) == {"name", "classname", "time"}
+                assert len(case) <= 1
+                for wrong in case:
+                    assert wrong.tag in ("failure", "error")
+                    assert set(wrong.attrib) == {"type", "message"}
+
+    def test_what_the_script_expects_passes(self, xml: str, results: dict[str, Result]) -> None:
+        cases = [case for case in ET.fromstring(xml).iter("testcase") if case.attrib["classname"] == "table.csp"]
+        wrong = [r for r in results.values() if not r.as_expected and r.file == "table.csp"]
+
+        assert sum(len(case) == 1 for case in cases if not case.attrib["name"].startswith("CSP")) == len(wrong)
+
+    def test_a_run_without_scripts_is_still_a_document(self, pieces: list[str]) -> None:
+        JunitReport(pieces.append).end(Summary.empty())
+
+        assert len(ET.fromstring("".join(pieces))) == 0
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_every_format_takes_everything(
+    form: Any, pieces: list[str], results: dict[str, Result], mistakes: dict[str, Diagnostic], summary: Summary
+) -> None:
+    fill(report(form, pieces.append, Style()), results, mistakes, summary)
+
+    assert "".join(pieces).endswith("\n")

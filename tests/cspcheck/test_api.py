@@ -1,0 +1,251 @@
+"""The promises to Python programs."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import cspcheck
+from cspcheck import Verdict
+
+SCRIPT = """\
+channel left, mid, right : {0..1}
+N = 1
+Copy(i, o) = i?x -> o!x -> Copy(i, o)
+Pair = (Copy(left, mid) [| {| mid |} |] Copy(mid, right)) \\ {| mid |}
+Buffer(s) = #s < 2 & left?x -> Buffer(s ^ <x>) [] #s > 0 & right!head(s) -> Buffer(tail(s))
+Once = left.0 -> STOP
+Big(n) = left.0 -> Big((n + 1) % 100)
+assert Buffer(<>) [FD= Pair
+assert Pair :[deadlock free]
+-- expect: fail
+assert Once :[deadlock free]
+print N + 1
+"""
+
+
+@pytest.fixture
+def script() -> cspcheck.Script:
+    return cspcheck.loads(SCRIPT, name="pair.csp")
+
+
+class TestLoading:
+    def test_a_file(self, tmp_path: Path) -> None:
+        (tmp_path / "pair.csp").write_text(SCRIPT)
+        script = cspcheck.load(tmp_path / "pair.csp")
+
+        assert script.name == str(tmp_path / "pair.csp")
+        assert script.assertions == (
+            "Buffer(<>) [FD= Pair",
+            "Pair :[deadlock free]",
+            "Once :[deadlock free]",
+        )
+        assert script.printed == ("2",)
+        assert script.warnings == ()
+
+    def test_includes_are_found_beside_the_file(self, tmp_path: Path) -> None:
+        (tmp_path / "main.csp").write_text('include "part.csp"\n')
+        (tmp_path / "part.csp").write_text("N = 7\n")
+
+        assert cspcheck.load(tmp_path / "main.csp").evaluate("N") == 7
+
+    @pytest.mark.parametrize(("value", "shown"), [(5, 5), ("2 + 1", 3), ("card({1, 2})", 2)])
+    def test_definitions_override_constants(self, value: object, shown: int) -> None:
+        assert cspcheck.loads("N = 1\n", definitions={"N": value}).evaluate("N") == shown
+
+    def test_a_truth_value_as_definition(self) -> None:
+        assert cspcheck.loads("B = true\n", definitions={"B": False}).evaluate("B") is False
+
+    def test_a_wrong_script_raises_its_diagnostics(self) -> None:
+        with pytest.raises(cspcheck.ScriptError) as caught:
+            cspcheck.loads("channel a\nP = a -> Q\n", name="wrong.csp")
+
+        (diagnostic,) = caught.value.diagnostics
+        assert diagnostic.code.startswith("CSP2")
+        assert diagnostic.span is not None
+        assert (diagnostic.span.source.name, diagnostic.span.line, diagnostic.span.column) == ("wrong.csp", 2, 10)
+
+    def test_a_missing_file_raises_a_script_error(self) -> None:
+        with pytest.raises(cspcheck.ScriptError, match=r"CSP001: cannot read `no\.csp`: no such file or directory"):
+            cspcheck.load("no.csp")
+
+
+class TestChecking:
+    def test_all_assertions_in_order(self, script: cspcheck.Script) -> None:
+        results = script.check()
+
+        assert [result.verdict for result in results] == ["pass", "pass", "fail"]
+        assert [bool(result) for result in results] == [True, True, False]
+        assert [result.as_expected for result in results] == [True, True, True]
+        assert [(result.file, result.line) for result in results] == [
+            ("pair.csp", 8),
+            ("pair.csp", 9),
+            ("pair.csp", 11),
+        ]
+        assert [(result.kind, result.model) for result in results] == [
+            ("refinement", "FD"),
+            ("deadlock free", "FD"),
+            ("deadlock free", "FD"),
+        ]
+
+    def test_one_that_is_given_as_text(self, script: cspcheck.Script) -> None:
+        result = script.check("Pair [T= Buffer(<0>)")
+
+        assert result.verdict is Verdict.FAIL
+        assert result.counterexample is not None
+        assert (result.counterexample.kind, result.counterexample.trace) == ("trace", ())
+        assert result.counterexample.event == "right.0"
+        assert "performs `right.0`" in result.explain()
+
+    def test_counts_are_those_of_the_composed_machine(self, script: cspcheck.Script) -> None:
+        result = script.check("Pair :[deadlock free [F]]", full=True)
+
+        assert (result.states, result.transitions) == (9, 14)
+
+    def test_the_counterexample_of_a_deadlock(self, script: cspcheck.Script) -> None:
+        result = script.check("Once :[deadlock free]")
+
+        assert result.counterexample is not None
+        assert (result.counterexample.kind, result.counterexample.trace) == ("deadlock", ("left.0",))
+
+    def test_reaching_a_limit_is_unknown(self, script: cspcheck.Script) -> None:
+        result = script.check("Big(0) :[deadlock free]", max_states=10, full=True)
+
+        assert result.verdict is Verdict.UNKNOWN
+        assert result.reason is not None
+        assert "10" in result.reason
+        assert not result
+
+    def test_limits_as_people_write_them(self, script: cspcheck.Script) -> None:
+        assert script.check("Pair :[deadlock free]", timeout="5m", max_memory="1GiB", workers=1)
+
+    @pytest.mark.parametrize(
+        ("option", "message"),
+        [
+            ({"timeout": 0}, "timeout must be above zero, not 0"),
+            ({"max_states": -1}, "max_states must be above zero, not -1"),
+            ({"max_memory": "lots"}, "`lots` is not a size"),
+            ({"workers": 0}, "workers must be above zero, not 0"),
+        ],
+    )
+    def test_what_is_no_limit(self, script: cspcheck.Script, option: dict[str, object], message: str) -> None:
+        with pytest.raises(ValueError, match=message):
+            script.check("Pair :[deadlock free]", **option)  # type: ignore[call-overload]
+
+    def test_text_that_is_no_assertion(self, script: cspcheck.Script) -> None:
+        with pytest.raises(cspcheck.ScriptError):
+            script.check("Pair [T=")
+        with pytest.raises(cspcheck.ScriptError, match="`Nobody` is not defined"):
+            script.check("Nobody :[deadlock free]")
+
+    def test_an_error_met_while_checking_is_the_verdict_error(self) -> None:
+        (result,) = cspcheck.loads("channel a : {0..1}\nP = a.7 -> STOP\nassert P :[deadlock free]\n").check()
+
+        assert result.verdict is Verdict.ERROR
+        assert [diagnostic.code for diagnostic in result.diagnostics] == ["CSP409"]
+        assert "error[CSP409]" in result.explain()
+
+    def test_a_script_without_assertions(self) -> None:
+        assert cspcheck.loads("P = STOP\n").check() == []
+
+
+class TestLookingInside:
+    @pytest.mark.parametrize(
+        ("text", "value"),
+        [
+            ("1 + 2", 3),
+            ("N == 1", True),
+            ("{1, 2}", frozenset({1, 2})),
+            ("<1, 2>", (1, 2)),
+            ("card({| left |})", 2),
+        ],
+    )
+    def test_values(self, script: cspcheck.Script, text: str, value: object) -> None:
+        assert script.evaluate(text) == value
+        assert type(script.evaluate(text)) is type(value)
+
+    def test_the_machine_of_a_process(self, script: cspcheck.Script) -> None:
+        machine = script.process("Copy(left, right)").lts()
+
+        assert (machine.states, machine.transitions, machine.initial) == (3, 4, 0)
+        assert machine.alphabet == ("left.0", "left.1", "right.0", "right.1")
+        assert [event for event, _ in machine.successors(0)] == ["left.0", "left.1"]
+        assert [len(machine.successors(state)) for state in range(3)] == [2, 1, 1]
+        assert sorted((source, target) for source, _, target in machine.edges()) == [(0, 1), (0, 2), (1, 0), (2, 0)]
+
+    def test_hidden_and_terminating_steps_have_names(self, script: cspcheck.Script) -> None:
+        assert "tau" in script.process("Pair").lts().alphabet
+        assert script.process("SKIP").lts().alphabet == ("tick",)
+
+    def test_a_state_that_there_is_not(self, script: cspcheck.Script) -> None:
+        machine = script.process("STOP").lts()
+
+        assert machine.successors(0) == []
+        for state in (-1, 1):
+            with pytest.raises(IndexError, match=f"there is no state {state}, only 0 to 0"):
+                machine.successors(state)
+
+    def test_as_a_graph(self, script: cspcheck.Script) -> None:
+        machine = script.process("Pair").lts()
+        graph = machine.to_networkx()
+
+        assert (graph.number_of_nodes(), graph.number_of_edges()) == (machine.states, machine.transitions) == (9, 14)
+        assert graph.graph == {"initial": 0}
+        assert {event for _, _, event in graph.edges(data="event")} == set(machine.alphabet)
+
+    def test_a_machine_that_is_too_large(self, script: cspcheck.Script) -> None:
+        with pytest.raises(cspcheck.Incomplete):
+            script.process("Big(0)").lts(max_states=10)
+
+    def test_what_is_no_process(self, script: cspcheck.Script) -> None:
+        with pytest.raises(cspcheck.ScriptError):
+            script.process("1 +")
+
+
+class TestThePackage:
+    def test_every_promised_name_is_there(self) -> None:
+        for name in cspcheck.__all__:
+            assert getattr(cspcheck, name) is not None
+            assert name in dir(cspcheck)
+
+    def test_no_other_name_is(self) -> None:
+        with pytest.raises(AttributeError, match="module 'cspcheck' has no attribute 'lode'"):
+            cspcheck.lode  # noqa: B018
+
+    def test_the_version_is_that_of_the_distribution(self) -> None:
+        import tomllib
+
+        project = Path(__file__).resolve().parents[2] / "pyproject.toml"
+        assert cspcheck.__version__ == tomllib.loads(project.read_text())["project"]["version"]
+
+    def test_types_are_checked_by_who_uses_it(self, tmp_path: Path) -> None:
+        """The public interface as a strict type checker sees it."""
+        (tmp_path / "use.py").write_text(
+            "import cspcheck\n"
+            "script = cspcheck.load('rov.csp', definitions={'N': 3})\n"
+            "results: list[cspcheck.Result] = script.check(timeout='5m')\n"
+            "one: cspcheck.Result = script.check('P :[deadlock free]')\n"
+            "assert one, one.explain()\n"
+            "verdict: cspcheck.Verdict = one.verdict\n"
+            "states: int = one.states\n"
+            "trace: tuple[str, ...] = one.counterexample.trace if one.counterexample else ()\n"
+            "machine: cspcheck.Machine = script.process('P').lts(max_states=10)\n"
+            "wrong: int = script.check()\n"
+        )
+        pytest.importorskip("mypy")
+        root = Path(__file__).resolve().parents[2]
+        done = subprocess.run(
+            [sys.executable, "-m", "mypy", "--strict", "--follow-imports=silent", str(tmp_path / "use.py")],
+            cwd=root,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+
+        assert done.stdout.splitlines()[:-1] == [
+            f"{tmp_path}/use.py:10: error: Incompatible types in assignment "
+            '(expression has type "list[Result]", variable has type "int")  [assignment]'
+        ]

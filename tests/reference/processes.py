@@ -1,0 +1,310 @@
+"""Random processes for tests against the reference: small, finite-state, and likely to be interesting.
+
+One generator, two drivers: it asks a *chooser* for numbers below n. :func:`processes` drives it from Hypothesis
+(number 0 is always the simplest choice, so that failures shrink), :func:`random_process` from ``random.Random``, for bulk.
+
+What is promised: every process has finitely many states and every recursion is guarded by a visible event.
+So definitions are made in two floors. A body may refer to its own floor only where the rest of the body is gone by then
+(behind a prefix, and to the right of ``;`` or of an exception's handler mark, never under parallel, hiding, renaming, to the left of
+``;``, or in an operand that stays), and to the floor below anywhere.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Sequence
+from itertools import count
+
+from hypothesis import strategies as st
+
+from cspm.events import EventSet, EventTable
+from cspm.process import (
+    DIV,
+    SKIP,
+    STOP,
+    AlphabetisedParallel,
+    Chaos,
+    Definition,
+    ExternalChoice,
+    Hide,
+    InternalChoice,
+    Interrupt,
+    LinkedParallel,
+    Parallel,
+    Prefix,
+    Process,
+    Project,
+    Reference,
+    Rename,
+    Run,
+    Sequential,
+    SlidingChoice,
+    SynchronisingChoice,
+    SynchronisingInterrupt,
+    Throw,
+    prefix,
+)
+
+TABLE = EventTable()
+EVENTS: tuple[int, ...] = tuple(TABLE.event(TABLE.declare(name)) for name in ("a", "b", "c"))
+A, B, C = EVENTS
+SIGMA = EventSet.of(EVENTS)
+
+Chooser = Callable[[int], int]
+"""``choose(n)`` is a number from 0 to n - 1."""
+
+_serial = count()
+
+
+def define(
+    bodies: Callable[[tuple[Reference, ...]], Sequence[Process]], number: int, name: str = "X"
+) -> list[Reference]:
+    """Mutually recursive definitions: ``bodies`` gets the references and gives what each stands for."""
+    serial = next(_serial)
+    made: list[Process] = []
+
+    def definition(i: int) -> Definition:
+        return Definition(f"{name}{serial}_{i}", None, lambda: made[i])
+
+    references = tuple(Reference((name, serial, i), definition(i)) for i in range(number))
+    made.extend(bodies(references))
+    return list(references)
+
+
+def recursive(body: Callable[[Process], Process], name: str = "X") -> Reference:
+    """``X = body(X)``."""
+    return define(lambda xs: [body(xs[0])], 1, name)[0]
+
+
+class _Scope:
+    """What a position in a term may refer to: ``anywhere`` closed names, ``here`` and, behind an event, ``later``."""
+
+    __slots__ = ("anywhere", "here", "later")
+
+    def __init__(
+        self, anywhere: Sequence[Reference] = (), later: Sequence[Reference] = (), here: Sequence[Reference] = ()
+    ) -> None:
+        self.anywhere = tuple(anywhere)
+        self.later = tuple(later)
+        self.here = tuple(here)
+
+    def guarded(self) -> _Scope:
+        return _Scope(self.anywhere, self.later, self.later)
+
+    def closed(self) -> _Scope:
+        return _Scope(self.anywhere)
+
+
+# How often each operator is chosen. The first is what a failing example shrinks to.
+_OPERATORS = (
+    ["prefix"] * 10
+    + ["external"] * 5
+    + ["internal"] * 5
+    + ["parallel"] * 5
+    + ["hide"] * 6
+    + ["sequential"] * 4
+    + ["rename"] * 3
+    + ["sliding"] * 2
+    + ["interleave"] * 2
+    + ["alphabetised"] * 2
+    + ["interrupt"] * 2
+    + ["throw"] * 2
+    + ["input"] * 2
+    + ["linked", "project", "synchronising_choice", "synchronising_interrupt"]
+)
+
+
+class Generator:
+    """Builds terms over the first ``letters`` events, choosing by ``choose``."""
+
+    def __init__(self, choose: Chooser, letters: int = 3) -> None:
+        self.choose = choose
+        self.letters = letters
+
+    def process(self, size: int) -> Process:
+        """A process of about ``size`` operators, often recursive."""
+        definitions: list[Reference] = []
+        for _ in range(self.choose(3) if size > 2 else 0):
+            definitions = definitions[-1:] + self.definitions(size, definitions)
+        return self.term(size, _Scope(definitions))
+
+    def definitions(self, size: int, below: Sequence[Reference]) -> list[Reference]:
+        if self.choose(2):
+            return self.machine()
+        number = 1 + self.choose(2)
+
+        def bodies(itself: tuple[Reference, ...]) -> list[Process]:
+            return [self.term(2 + self.choose(max(1, size)), _Scope(below, itself)) for _ in itself]
+
+        return define(bodies, number)
+
+    def machine(self) -> list[Reference]:
+        """Definitions that are the states of a small automaton: cycles, branching and silent steps in plenty."""
+        number = 2 + self.choose(3)
+
+        def bodies(states: tuple[Reference, ...]) -> list[Process]:
+            return [self.state(states) for _ in states]
+
+        return define(bodies, number)
+
+    def state(self, states: Sequence[Reference]) -> Process:
+        branches: list[Process] = [
+            prefix(self.event(), states[self.choose(len(states))]) for _ in range(1 + self.choose(3))
+        ]
+        match self.choose(8):
+            case 5:
+                branches.append(SKIP)
+            case 6:
+                branches.append(STOP)
+            case 7:
+                branches.append(DIV)
+        if len(branches) == 1:
+            return branches[0]
+        match self.choose(5):
+            case 0 | 1:
+                return ExternalChoice(tuple(branches))
+            case 2 | 3:
+                return InternalChoice(tuple(branches))
+            case _:
+                last = branches[-1]
+                return SlidingChoice(ExternalChoice(tuple(branches[:-1])) if len(branches) > 2 else branches[0], last)
+
+    def term(self, size: int, scope: _Scope) -> Process:
+        if size <= 1:
+            return self.leaf(scope)
+        operator = _OPERATORS[self.choose(len(_OPERATORS))]
+        term: Process = getattr(self, operator)(size - 1, scope)
+        return term
+
+    def leaf(self, scope: _Scope) -> Process:
+        names = scope.here + scope.anywhere
+        if names and self.choose(6):
+            return names[self.choose(len(names))]
+        match self.choose(16):
+            case 0 | 1 | 2 | 3:
+                return STOP
+            case 4 | 5 | 6 | 7:
+                return SKIP
+            case 8 | 9 | 10:
+                return prefix(self.event(), SKIP)
+            case 11 | 12:
+                return prefix(self.event(), STOP)
+            case 13:
+                return Run(self.events())
+            case 14:
+                return Chaos(self.events())
+            case _:
+                return DIV
+
+    def event(self) -> int:
+        return EVENTS[self.choose(self.letters)]
+
+    def events(self) -> EventSet:
+        bits = self.choose(1 << self.letters)
+        return EventSet.of(e for i, e in enumerate(EVENTS) if bits >> i & 1)
+
+    def two(self, size: int, left: _Scope, right: _Scope) -> tuple[Process, Process]:
+        share = 1 + self.choose(max(1, size - 1))
+        return self.term(share, left), self.term(max(1, size - share), right)
+
+    def operands(self, size: int, scope: _Scope) -> tuple[Process, ...]:
+        if size > 2 and self.choose(6) == 5:
+            return tuple(self.term(max(1, size // 3), scope) for _ in range(3))
+        return self.two(size, scope, scope)
+
+    def prefix(self, size: int, scope: _Scope) -> Process:
+        return prefix(self.event(), self.term(size, scope.guarded()))
+
+    def input(self, size: int, scope: _Scope) -> Process:
+        offered = list(self.events()) or [self.event()]
+        following = [self.term(max(1, size // len(offered)), scope.guarded()) for _ in offered]
+        return Prefix(tuple(zip(offered, following, strict=True)))
+
+    def external(self, size: int, scope: _Scope) -> Process:
+        return ExternalChoice(self.operands(size, scope))
+
+    def internal(self, size: int, scope: _Scope) -> Process:
+        return InternalChoice(self.operands(size, scope))
+
+    def sliding(self, size: int, scope: _Scope) -> Process:
+        return SlidingChoice(*self.two(size, scope, scope))
+
+    def interrupt(self, size: int, scope: _Scope) -> Process:
+        return Interrupt(*self.two(size, scope.closed(), scope))
+
+    def throw(self, size: int, scope: _Scope) -> Process:
+        left, right = self.two(size, scope.closed(), scope.guarded())
+        return Throw(left, self.events(), right)
+
+    def sequential(self, size: int, scope: _Scope) -> Process:
+        if self.choose(3) == 2:
+            first = prefix(self.event(), SKIP)
+            return Sequential(first, self.term(size, scope.guarded()))
+        return Sequential(*self.two(size, scope.closed(), scope))
+
+    def parallel(self, size: int, scope: _Scope) -> Process:
+        return Parallel(self.events(), self.operands(size, scope.closed()))
+
+    def interleave(self, size: int, scope: _Scope) -> Process:
+        return Parallel(EventSet(), self.operands(size, scope.closed()))
+
+    def alphabetised(self, size: int, scope: _Scope) -> Process:
+        operands = self.operands(size, scope.closed())
+        return AlphabetisedParallel(tuple(self.events() for _ in operands), operands)
+
+    def linked(self, size: int, scope: _Scope) -> Process:
+        left, right = self.two(size, scope.closed(), scope.closed())
+        first, second = self.choose(self.letters), self.choose(self.letters)
+        number = 1 + self.choose(self.letters)
+        links = [(EVENTS[(first + i) % self.letters], EVENTS[(second + i) % self.letters]) for i in range(number)]
+        return LinkedParallel(left, tuple(sorted(links)), right)
+
+    def hide(self, size: int, scope: _Scope) -> Process:
+        return Hide(self.term(size, scope.closed()), self.events())
+
+    def project(self, size: int, scope: _Scope) -> Process:
+        return Project(self.term(size, scope.closed()), self.events())
+
+    def rename(self, size: int, scope: _Scope) -> Process:
+        pairs = {(self.event(), self.event()) for _ in range(1 + self.choose(3))}
+        return Rename(self.term(size, scope.closed()), tuple(sorted(pairs)))
+
+    def synchronising_choice(self, size: int, scope: _Scope) -> Process:
+        return SynchronisingChoice(self.events(), self.operands(size, scope.closed()))
+
+    def synchronising_interrupt(self, size: int, scope: _Scope) -> Process:
+        left, right = self.two(size, scope.closed(), scope.closed())
+        return SynchronisingInterrupt(left, self.events(), right)
+
+
+def random_process(rng: random.Random, size: int = 6, letters: int = 3) -> Process:
+    """A random process; the same for the same state of ``rng``."""
+    return Generator(rng.randrange, letters).process(size)
+
+
+@st.composite
+def processes(draw: st.DrawFn, max_size: int = 6, letters: int = 3) -> Process:
+    """Random processes with recursion."""
+    return Generator(_drawing(draw), letters).process(draw(st.integers(1, max_size)))
+
+
+@st.composite
+def finite_processes(draw: st.DrawFn, max_size: int = 6, letters: int = 3) -> Process:
+    """Random processes without named recursion (RUN and CHAOS may occur)."""
+    return Generator(_drawing(draw), letters).term(draw(st.integers(1, max_size)), _Scope())
+
+
+@st.composite
+def event_sets(draw: st.DrawFn, letters: int = 3) -> EventSet:
+    return Generator(_drawing(draw), letters).events()
+
+
+@st.composite
+def renamings(draw: st.DrawFn, letters: int = 3) -> tuple[tuple[int, int], ...]:
+    """Non-empty relations on events, collisions and splits included."""
+    events = st.sampled_from(EVENTS[:letters])
+    return tuple(sorted(draw(st.sets(st.tuples(events, events), min_size=1, max_size=4))))
+
+
+def _drawing(draw: st.DrawFn) -> Chooser:
+    return lambda n: draw(st.integers(0, n - 1))
