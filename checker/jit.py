@@ -190,13 +190,14 @@ def _machine_product(a: Any, b: Any) -> Any:
 def _dispatchers(numba: Any, caching: bool) -> dict[str, Any]:
     """Each kernel as a numba function that sees the others as numba functions."""
     jit = numba.njit(nogil=True, cache=caching, error_model="numpy")
-    compiled: dict[str, Any] = {"wrapping_product": jit(_machine_product)}
+    inlined = numba.njit(nogil=True, cache=caching, error_model="numpy", forceinline=True)
+    compiled: dict[str, Any] = {"wrapping_product": inlined(_machine_product)}
     for function in _source_functions():
         surroundings = {**function.__globals__, **compiled}
         copy = FunctionType(function.__code__, surroundings, function.__name__, function.__defaults__)
         copy.__module__ = function.__module__
         copy.__qualname__ = function.__qualname__
-        compiled[function.__name__] = jit(copy)
+        compiled[function.__name__] = jit(copy) if function.__name__ in ENTRIES else inlined(copy)
     return compiled
 
 

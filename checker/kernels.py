@@ -32,9 +32,10 @@ def hash_of(rows: Any, row: int, stride: int) -> int:
     Multiplying by the golden section keeps regular sets of states apart and keeps the distances between states and
     their successors, which the cache rewards (Knuth, The Art of Computer Programming 3, section 6.4).
     """
-    h = 0
-    for i in range(row * stride, row * stride + stride):
-        h = wrapping_product((h ^ (h >> 32)) ^ rows[i], GOLDEN)
+    base = row * stride
+    h = wrapping_product(rows[base], GOLDEN)
+    for w in range(1, stride):
+        h = wrapping_product((h ^ (h >> 32)) ^ rows[base + w], GOLDEN)
     return h
 
 
@@ -58,10 +59,19 @@ def tag_of(h: int, bits: int, entry_bits: int, partition_bits: int) -> int:
 
 def same_row(rows: Any, row: int, others: Any, other: int, stride: int) -> bool:
     """Whether two rows are equal."""
-    for w in range(stride):
+    if rows[row * stride] != others[other * stride]:
+        return False
+    for w in range(1, stride):
         if rows[row * stride + w] != others[other * stride + w]:
             return False
     return True
+
+
+def copy_row(rows: Any, row: int, others: Any, other: int, stride: int) -> None:
+    """Copy a row to the place of another."""
+    others[other * stride] = rows[row * stride]
+    for w in range(1, stride):
+        others[other * stride + w] = rows[row * stride + w]
 
 
 def insert(
@@ -101,8 +111,7 @@ def insert(
                 if known == room:
                     return j, known
                 table[place] = (tag << bits) | known
-                for w in range(stride):
-                    states[known * stride + w] = targets[j * stride + w]
+                copy_row(targets, j, states, known, stride)
                 number = known
                 known += 1
                 break
@@ -190,8 +199,7 @@ def sort_by_owner(
         owner = partition_of(hash_of(targets, j, stride), partition_bits) * owners >> partition_bits
         at = ends[owners + 1 + owner]
         ends[owners + 1 + owner] = at + 1
-        for w in range(stride):
-            outbox[at * stride + w] = targets[j * stride + w]
+        copy_row(targets, j, outbox, at, stride)
 
 
 def claim(
@@ -235,8 +243,7 @@ def claim(
                     return j, claimed
                 table[place] = (tag << bits) | (known + claimed)
                 places[claimed] = place
-                for w in range(stride):
-                    fresh[claimed * stride + w] = targets[j * stride + w]
+                copy_row(targets, j, fresh, claimed, stride)
                 claimed += 1
                 break
             if entry >> bits == tag:
@@ -267,6 +274,7 @@ KERNELS = (
     first_place,
     tag_of,
     same_row,
+    copy_row,
     insert,
     find,
     enter_all,

@@ -332,7 +332,7 @@ def minimised(normal_form: NormalForm, *, work: int = MINIMISATION_WORK) -> Norm
     lengths = np.diff(offsets)
     keys = normal_form.acceptance_set.astype(np.int64) * 2 + normal_form.divergent
     block, first = intern_rows(np.arange(nodes + 1), keys)
-    # A row of the signature: the block so far, then (column, block of the target) as one number each.
+    # A row of the signature, ascending: the block so far, below zero, then (column, block of the target) in one number.
     heads = offsets[:-1] + np.arange(nodes)
     body = np.arange(len(targets)) + np.repeat(np.arange(1, nodes + 1), lengths)
     signature = np.empty(len(targets) + nodes, dtype=np.int64)
@@ -342,7 +342,7 @@ def minimised(normal_form: NormalForm, *, work: int = MINIMISATION_WORK) -> Norm
         done += len(signature)
         if done > work:
             return normal_form
-        signature[heads] = block
+        signature[heads] = -1 - block
         signature[body] = normal_form.columns.astype(np.int64) * nodes + block[targets]
         block, refined = intern_rows(signature_offsets, signature)
         if len(refined) == len(first):

@@ -12,6 +12,8 @@ from checker.lts import Int64Array
 
 Uint64Array = npt.NDArray[np.uint64]
 
+_WORD = (1 << 64) - 1
+
 
 def gather_rows(offsets: Int64Array, rows: Int64Array) -> Int64Array:
     """The indices of all entries of the given rows of compressed sparse rows, row after row."""
@@ -23,23 +25,20 @@ def gather_rows(offsets: Int64Array, rows: Int64Array) -> Int64Array:
 
 
 def intern_rows(offsets: Int64Array, values: Int64Array) -> tuple[Int64Array, Int64Array]:
-    """Number the distinct rows of compressed sparse rows.
+    """Number the distinct rows of compressed sparse rows whose rows are strictly ascending.
 
-    Rows are grouped by a random linear hash of their entries and positions; every row is then compared with the
-    first of its group, so that the answer does not rest on the hash.
+    Rows are grouped by a hash of the set of their entries; every row is then compared with the first of its group,
+    so that the answer does not rest on the hash.
 
     Returns:
         ``(numbers, first)``: the number of each row, numbers given in the order of first occurrence; and for each
         number the first row that has it.
     """
-    rows = len(offsets) - 1
-    if rows == 0:
+    if len(offsets) == 1:
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
     lengths = np.diff(offsets)
-    within = np.arange(len(values)) - np.repeat(offsets[:-1], lengths)
     for seed in range(8):
-        hashes = _row_hashes(lengths, within, values, seed)
-        _, first, numbers = np.unique(hashes, return_index=True, return_inverse=True)
+        _, first, numbers = np.unique(_row_hashes(offsets, values, seed), return_index=True, return_inverse=True)
         order = np.argsort(first, kind="stable")
         rank = np.empty_like(order)
         rank[order] = np.arange(len(order))
@@ -47,24 +46,29 @@ def intern_rows(offsets: Int64Array, values: Int64Array) -> tuple[Int64Array, In
         leader = first[numbers]
         if not np.array_equal(lengths[leader], lengths):
             continue
-        counterpart = np.repeat(offsets[leader], lengths) + within
+        counterpart = np.arange(len(values)) + np.repeat(offsets[leader] - offsets[:-1], lengths)
         if np.array_equal(values[counterpart], values):
             return numbers.astype(np.int64), first.astype(np.int64)
     raise AssertionError("eight independent hashes all collided")
 
 
-def _row_hashes(lengths: Int64Array, within: Int64Array, values: Int64Array, seed: int) -> Uint64Array:
-    """A 64-bit hash of each row."""
-    salt = np.uint64((seed * 2 + 1) * 0x9E3779B97F4A7C15 & 0xFFFFFFFFFFFFFFFF)
+def _row_hashes(offsets: Int64Array, values: Int64Array, seed: int) -> Uint64Array:
+    """A 64-bit hash of each row: the sum of its entries' own hashes."""
     with np.errstate(over="ignore"):
-        mixed = _mix(values.astype(np.uint64) + _mix(within.astype(np.uint64) * salt + salt))
-        ends = np.cumsum(lengths)
-        running = np.concatenate([np.zeros(1, dtype=np.uint64), np.cumsum(mixed, dtype=np.uint64)])
-        return _mix(running[ends] - running[ends - lengths] + lengths.astype(np.uint64) * salt)
+        mixed = _mix(
+            values.astype(np.uint64) * np.uint64(0x9E3779B97F4A7C15) + np.uint64(seed * 0xD1342543DE82EF95 & _WORD)
+        )
+        running = np.zeros(len(values) + 1, dtype=np.uint64)
+        np.cumsum(mixed, out=running[1:])
+        hashes: Uint64Array = running[offsets[1:]] - running[offsets[:-1]]
+    return hashes
 
 
 def _mix(words: Uint64Array) -> Uint64Array:
-    """Steele, Lea and Flood's finaliser of SplitMix64: each input bit reaches each output bit."""
-    words = (words ^ (words >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    words = (words ^ (words >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return words ^ (words >> np.uint64(31))
+    """Steele, Lea and Flood's finaliser of SplitMix64, in place: each input bit reaches each output bit."""
+    words ^= words >> np.uint64(30)
+    words *= np.uint64(0xBF58476D1CE4E5B9)
+    words ^= words >> np.uint64(27)
+    words *= np.uint64(0x94D049BB133111EB)
+    words ^= words >> np.uint64(31)
+    return words

@@ -5,14 +5,14 @@ from __future__ import annotations
 import os
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
 
 from checker.verdict import Limits, Outcome, Verdict
 from cspcheck.result import Result, answer
 from cspcheck.selection import STDIN
-from cspm.diagnostics import ScriptError
+from cspm.diagnostics import Diagnostic, ScriptError
 from cspm.source import Source
 
 if TYPE_CHECKING:
@@ -152,10 +152,14 @@ def check(checker: Checker, assertion: Assertion, clock: Callable[[], float] = t
     try:
         return answer(assertion, checker.check(assertion.node))
     except ScriptError as error:
-        reason = error.diagnostics[0].message
-        return answer(assertion, _nothing(Verdict.ERROR, reason, clock() - start), error.diagnostics)
+        return unanswered(assertion, error.diagnostics, clock() - start)
     except MemoryError:
         return answer(assertion, _nothing(Verdict.UNKNOWN, "the machine is out of memory", clock() - start))
+
+
+def unanswered(assertion: Assertion, diagnostics: Sequence[Diagnostic], seconds: float = 0.0) -> Result:
+    """The result with the verdict ``error`` for an assertion that could not be checked."""
+    return answer(assertion, _nothing(Verdict.ERROR, diagnostics[0].message, seconds), diagnostics)
 
 
 def _nothing(verdict: Verdict, reason: str, seconds: float) -> Outcome:

@@ -156,10 +156,13 @@ class ScriptFile(pytest.File):
         from cspcheck.checking import load
         from cspm.diagnostics import ScriptError
 
+        name = _shown(self.path)
         try:
-            self._loaded = load(_shown(self.path), _settings(self.config))
+            self._loaded = load(name, _settings(self.config))
         except ScriptError as error:
             raise self.CollectError(_render(error.diagnostics, self.config)) from None
+        except Exception as error:
+            raise self.CollectError(_internal(error, f"reading `{name}`", self.config)) from None
         for warning in self._loaded.warnings:
             self.warn(ScriptWarning(_render([warning], None)))
         names: set[str] = set()
@@ -195,12 +198,14 @@ class AssertionItem(pytest.Item):
             raise NotAsExpected(result)
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
-        """What the command line shows; for a mistake of ours, the frames."""
+        """What the command line shows, also for a mistake of ours."""
         if isinstance(excinfo.value, NotAsExpected):
             from cspcheck.report.full import explain
             from cspcheck.report.style import Style
 
             return explain(excinfo.value.result, Style(color=_has_color(self.config)))
+        if isinstance(excinfo.value, Exception):
+            return _internal(excinfo.value, f"checking `{self.name}`", self.config)
         return super().repr_failure(excinfo, style)
 
     def reportinfo(self) -> tuple[os.PathLike[str] | str, int | None, str]:
@@ -237,6 +242,14 @@ def _render(diagnostics: Any, config: pytest.Config | None) -> str:
     from cspcheck.report.style import Style
 
     return render_diagnostics(diagnostics, Style(color=config is not None and _has_color(config))).rstrip()
+
+
+def _internal(error: Exception, doing: str, config: pytest.Config) -> str:
+    """What the command line says of an exception that nobody expected."""
+    from cspcheck.failure import InternalErrors
+
+    arguments = ["pytest", *map(str, config.invocation_params.args)]
+    return _render([InternalErrors(arguments).report(error, doing)], config)
 
 
 class Scripts:

@@ -24,14 +24,15 @@ if TYPE_CHECKING:
 class Head:
     """What fields are dotted onto: a constructor or a channel. The sets of its fields are evaluated when needed."""
 
-    __slots__ = ("_domains", "_evaluate", "_instances", "_value", "name", "span")
+    __slots__ = ("_domains", "_evaluate", "_value", "known", "name", "span")
 
     def __init__(self, name: str, span: Span | None, evaluate: Callable[[], tuple[Set, ...]] | None) -> None:
         self.name = name
         self.span = span
         self._evaluate = evaluate
         self._domains: tuple[Set, ...] | None = None if evaluate else ()
-        self._instances: dict[tuple[Any, ...], Dotted] = {}
+        self.known: dict[tuple[Any, ...], Any] = {}
+        """The complete values made so far, by their fields."""
         self._value: Any = None
 
     @property
@@ -66,9 +67,9 @@ class Head:
 
     def complete(self, fields: tuple[Any, ...]) -> Any:
         """The value with all its *fields*: always the same object for the same fields."""
-        value = self._instances.get(fields)
+        value = self.known.get(fields)
         if value is None:
-            value = self._instances[fields] = Dotted(self, fields, True)
+            value = self.known[fields] = Dotted(self, fields, True)
         return value
 
     def outside(self, position: int, value: Any) -> Failure:
@@ -124,6 +125,9 @@ class ChannelHead(Head):
         Raises:
             Failure: a field is outside its set.
         """
+        event: Event | None = self.known.get(fields)
+        if event is not None:
+            return event
         declared = self.declared
         try:
             number = self.channels.table.event(declared, fields)
@@ -132,7 +136,8 @@ class ChannelHead(Head):
                 if not domain.contains(field):
                     raise self.outside(i, field) from None
             raise
-        return self.channels.event(number)
+        event = self.known[fields] = self.channels.event(number)
+        return event
 
     @property
     def is_channel(self) -> bool:

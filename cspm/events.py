@@ -53,6 +53,7 @@ class RangeDomain(FieldDomain):
         return type(value) is int and value in self.values
 
     def index(self, value: Hashable) -> int:
+        """Position of *value*. Raises KeyError if it is not of the domain."""
         numbers = self.values
         assert isinstance(numbers, range)
         if type(value) is int and value in numbers:

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from typing import Any
+from typing import Any, TypeAlias
 
 from cspm import syntax
 from cspm.diagnostics import Diagnostic, ScriptError
 from cspm.messages import names as messages
 from cspm.names_modules import declared_names, flatten, module_cycles
-from cspm.names_patterns import check_pattern, variables
+from cspm.names_patterns import doubles, variables
 from cspm.names_scopes import BUILTIN_SYMBOLS, MATCHED, MODULES, Lookup, NotFound, Scope
 from cspm.names_symbols import Names, Symbol, SymbolKind
 from cspm.prelude import EXTERNAL, TRANSPARENT
@@ -54,6 +54,10 @@ def resolve_more(names: Names, node: syntax.Expr | syntax.Assertion) -> None:
     with deep_recursion(), suppress(_TooMany):
         resolver.visit(node, resolver.top)
     resolver.finish()
+
+
+Places: TypeAlias = dict[str, list[tuple[int, Span, bool]]]
+"""Where each name of a scope is declared: the number of the declaration, its place, and whether it is a function."""
 
 
 class _TooMany(Exception):
@@ -96,65 +100,64 @@ class _Resolver:
     def _declare(self, declarations: Sequence[syntax.Declaration], scope: Scope, *, local: bool = False) -> None:
         """Give symbols to all that *declarations* declare; patterns last, for they may mention constructors."""
         flat = list(flatten(declarations))
-        spans: dict[str, list[tuple[Span, bool]]] = {}
+        spans: Places = {}
 
-        def add(name: str, kind: SymbolKind, span: Span, node: syntax.Node, **more: Any) -> Symbol:
+        def add(order: int, name: str, kind: SymbolKind, span: Span, node: syntax.Node, **more: Any) -> Symbol:
             symbol = Symbol(name, kind, span, node, owner=scope.module, is_local=local, **more)
             seen = spans.setdefault(name, [])
-            seen.append((span, kind is SymbolKind.FUNCTION))
+            seen.append((order, span, kind is SymbolKind.FUNCTION))
             if len(seen) == 1:
                 scope.names[name] = symbol
             return symbol
 
         modules: list[tuple[Symbol, syntax.ModuleDeclaration]] = []
-        for declaration in flat:
+        for order, declaration in enumerate(flat):
             match declaration:
                 case syntax.FunctionDefinition():
-                    symbol = add(declaration.name, SymbolKind.FUNCTION, declaration.span, declaration)
+                    symbol = add(order, declaration.name, SymbolKind.FUNCTION, declaration.span, declaration)
                     self.names._record(declaration, symbol)
                 case syntax.ChannelDeclaration():
                     for name in declaration.names:
-                        symbol = add(name.name, SymbolKind.CHANNEL, name.span, declaration)
+                        symbol = add(order, name.name, SymbolKind.CHANNEL, name.span, declaration)
                         self.names._record(name, symbol)
                 case syntax.DatatypeDeclaration():
                     kind = SymbolKind.SUBTYPE if declaration.subtype else SymbolKind.DATATYPE
-                    self.names._record(declaration, add(declaration.name, kind, declaration.span, declaration))
+                    self.names._record(declaration, add(order, declaration.name, kind, declaration.span, declaration))
                     if not declaration.subtype:
                         for c in declaration.constructors:
-                            symbol = add(c.name, SymbolKind.CONSTRUCTOR, c.span, declaration, constructor=c)
+                            symbol = add(order, c.name, SymbolKind.CONSTRUCTOR, c.span, declaration, constructor=c)
                             self.names._record(c, symbol)
                 case syntax.NametypeDeclaration():
-                    symbol = add(declaration.name, SymbolKind.NAMETYPE, declaration.span, declaration)
+                    symbol = add(order, declaration.name, SymbolKind.NAMETYPE, declaration.span, declaration)
                     self.names._record(declaration, symbol)
                 case syntax.ModuleDeclaration():
-                    symbol = add(declaration.name, SymbolKind.MODULE, declaration.span, declaration)
+                    symbol = add(order, declaration.name, SymbolKind.MODULE, declaration.span, declaration)
                     self.names._record(declaration, symbol)
                     modules.append((symbol, declaration))
                 case syntax.InstanceDeclaration():
-                    symbol = add(declaration.name, SymbolKind.INSTANCE, declaration.span, declaration)
+                    symbol = add(order, declaration.name, SymbolKind.INSTANCE, declaration.span, declaration)
                     self.names._record(declaration, symbol)
                     self.lookup.instance_declared(symbol, scope)
                 case syntax.ImportDeclaration():
-                    self._import(declaration, scope, spans)
-        for declaration in flat:
+                    self._import(declaration, order, scope, spans)
+        for order, declaration in enumerate(flat):
             if isinstance(declaration, syntax.PatternDefinition):
                 pattern = _unwrap(declaration.pattern)
                 for node in variables(pattern):
                     simple = node is pattern
                     if len(node.parts) == 1 and (simple or not self._matches_itself(node, scope)):
-                        symbol = add(node.text, SymbolKind.VALUE, node.span, declaration)
+                        symbol = add(order, node.text, SymbolKind.VALUE, node.span, declaration)
                         self.names._record(node, symbol)
         for twice, places in spans.items():
             if len(places) > 1:
-                clauses = all(is_function for _, is_function in places)
-                self.report(messages.defined_twice(twice, [span for span, _ in places], clauses=clauses))
+                clauses = all(is_function for _, _, is_function in places)
+                ordered = [span for _, span, _ in sorted(places, key=lambda place: place[0])]
+                self.report(messages.defined_twice(twice, ordered, clauses=clauses))
         for symbol, module in modules:
             self._declare_module(symbol, module, scope)
         self._annotate(flat, scope)
 
-    def _import(
-        self, declaration: syntax.ImportDeclaration, scope: Scope, spans: dict[str, list[tuple[Span, bool]]]
-    ) -> None:
+    def _import(self, declaration: syntax.ImportDeclaration, order: int, scope: Scope, spans: Places) -> None:
         known, other = (TRANSPARENT, EXTERNAL) if declaration.kind == "transparent" else (EXTERNAL, TRANSPARENT)
         for name in declaration.names:
             if name.name not in known:
@@ -173,7 +176,7 @@ class _Resolver:
             self.names._record(name, symbol)
             if scope.names.get(name.name) is symbol:
                 continue  # importing again, in an included file say, changes nothing
-            spans.setdefault(name.name, []).append((name.span, False))
+            spans.setdefault(name.name, []).append((order, name.span, False))
             scope.names.setdefault(name.name, symbol)
 
     def _matches_itself(self, node: syntax.NamePattern, scope: Scope) -> bool:
@@ -199,17 +202,9 @@ class _Resolver:
                 continue
             for name in declaration.names:
                 symbol = scope.names.get(name.name)
-                if symbol is None or symbol.kind is SymbolKind.BUILTIN or symbol.kind in MODULES:
-                    close = suggestions(name.name, scope.names)
-                    self.report(messages.annotation_without_definition(name.name, name.span, close))
-                    continue
-                self.names._record(name, symbol)
-                before = self.names._annotations.get(symbol)
-                if before is not None:
-                    first = next(n.span for n in before.names if n.name == name.name)
-                    self.report(messages.annotated_twice(name.name, first, name.span))
-                    continue
-                self.names._annotations[symbol] = declaration
+                if symbol is not None:  # the parser has seen to it that there is one, and one annotation for it
+                    self.names._record(name, symbol)
+                    self.names._annotations[symbol] = declaration
 
     # --- patterns -------------------------------------------------------------------------------------------
 
@@ -217,8 +212,6 @@ class _Resolver:
         """Give symbols to the variables of *patterns*, which *scope* then holds, and tie their constructors."""
         outside = scope.parent if scope.parent is not None else scope
         for pattern in patterns:
-            for diagnostic in check_pattern(pattern):
-                self.report(diagnostic)
             for node in variables(pattern):
                 if self._constructor(node, outside):
                     continue
@@ -353,8 +346,9 @@ class _Resolver:
             if field.restriction is not None:
                 self.visit(field.restriction, scope)
             if field.pattern is not None:
-                for diagnostic in check_pattern(field.pattern, in_prefix=True):
-                    self.report(diagnostic)
+                double = next(doubles(field.pattern), None)
+                if double is not None:
+                    self.report(messages.double_pattern_in_prefix(double.span))
                 inner = scope.within()
                 self._bind((field.pattern,), inner, "prefix")
                 for name, symbol in inner.names.items():
@@ -431,8 +425,6 @@ class _Resolver:
 
     def _visit_patterndefinition(self, node: syntax.PatternDefinition, scope: Scope) -> None:
         pattern = _unwrap(node.pattern)
-        for diagnostic in check_pattern(pattern):
-            self.report(diagnostic)
         if not isinstance(pattern, syntax.NamePattern):
             for name in variables(pattern):
                 if self.names.find(name) is None:

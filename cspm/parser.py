@@ -17,6 +17,7 @@ from cspm import syntax as s
 from cspm.diagnostics import Diagnostic, ScriptError
 from cspm.lexer import tokenise
 from cspm.messages import lexing
+from cspm.messages import syntax as messages
 from cspm.parser_driver import Unexpected, run
 from cspm.parser_table import table
 from cspm.parser_tree import Tree
@@ -78,6 +79,27 @@ def parse(source: Source, *, include: Reader | None = None) -> s.Script:
     return _Files(read).script(source)
 
 
+def parse_alone(source: Source) -> s.Script:
+    """The tree of one file alone: what it includes is not read.
+
+    Raises:
+        ScriptError: with the mistakes that can be told without the included files.
+    """
+    count = 0
+
+    def empty(path: str) -> Source:
+        nonlocal count
+        count += 1
+        return Source(f"<include {count}>", "")
+
+    files = _Files(empty)
+    script = files.tree(source)
+    errors = [error for error in files.errors if not messages.concerns_whole_script(error)]
+    if script is None or errors:
+        raise ScriptError(*errors)
+    return script
+
+
 def parse_expression(text: str | Source) -> s.Expr:
     """The tree of one expression; line breaks in it mean nothing.
 
@@ -135,13 +157,14 @@ class _Files:
         Raises:
             ScriptError: there is a mistake in it or in a file that it includes.
         """
-        script = self._parse(source)
+        script = self.tree(source)
         if self.errors:
             raise ScriptError(*self.errors)
         assert script is not None
         return script
 
-    def _parse(self, source: Source) -> s.Script | None:
+    def tree(self, source: Source) -> s.Script | None:
+        """The tree of one file; None, and the mistakes in ``errors``, if it has none."""
         self.open.append(source)
         try:
             tokens = tokenise(source)
@@ -178,7 +201,7 @@ class _Files:
             chain = [file.name for file in self.open[names.index(_identity(source)) :]]
             self.errors.append(lexing.include_cycle(span, path, [*chain, source.name]))
             return ()
-        script = self._parse(source)
+        script = self.tree(source)
         return script.declarations if script is not None else ()
 
 

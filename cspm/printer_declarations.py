@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Final
 
 from cspm import syntax as s
@@ -85,7 +86,8 @@ class Printer(Expressions):
         for constructor in node.constructors:
             constructors.append((yield constructor, ANYWHERE))
         keyword = "subtype" if node.subtype else "datatype"
-        return group(f"{keyword} {node.name} =", nest(cat(LINE, join(cat(LINE, "| "), constructors))))
+        broken = any(self._broken(*two) for two in pairwise(node.constructors))
+        return group(f"{keyword} {node.name} =", nest(cat(LINE, join(cat(LINE, "| "), constructors))), broken=broken)
 
     def _print_constructor(self, node: s.Constructor, place: Place) -> Doc | Printing:
         return node.name if node.fields is None else self._constructor(node.name, node.fields)

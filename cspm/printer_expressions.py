@@ -20,11 +20,11 @@ import re
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import replace
 from functools import cache
-from typing import Final
+from typing import Final, Protocol
 
 from cspm import syntax as s
 from cspm.parser_rows import PROCESS_LEVELS, SIGN_LEVELS, VALUE_LEVELS
-from cspm.printer_layout import HARD, LINE, SOFT, Doc, cat, first_text, group, nest
+from cspm.printer_layout import HARD, LINE, SOFT, Doc, cat, first_text, group, nest, width
 from cspm.printer_places import (
     ANYWHERE,
     BOTH,
@@ -43,8 +43,13 @@ from cspm.printer_places import (
 )
 
 Printing = Generator[tuple[s.Node, Place], Doc, Doc]
-Hint = Callable[[s.Node, s.Node], bool]
-"""Whether the layout should break between two nodes because the source does."""
+
+
+class Hint(Protocol):
+    """Whether the layout should break between two nodes because the source does; see the formatter."""
+
+    def __call__(self, first: s.Node, second: s.Node, *, by_comment: bool = False) -> bool:
+        """With *by_comment*, whether a comment makes it necessary."""
 
 
 class Expressions:
@@ -80,8 +85,8 @@ class Expressions:
         method: Callable[[s.Node, Place], Printing | Doc] = getattr(self, _method(type(node).__name__))
         return method(node, place)
 
-    def _broken(self, first: s.Node, second: s.Node) -> bool:
-        return self._breaks is not None and self._breaks(first, second)
+    def _broken(self, first: s.Node, second: s.Node, *, by_comment: bool = False) -> bool:
+        return self._breaks is not None and self._breaks(first, second, by_comment=by_comment)
 
     # --- operands --------------------------------------------------------------------------------------------
 
@@ -263,21 +268,31 @@ class Expressions:
         brackets = place.level < STEP
         inside = part_of(place, brackets, level=DOT, begins_row=False)
         before = replace(inside, follow=STEP)
-        parts: list[Doc] = []
+        chunks: list[Doc] = []
+        edges: list[tuple[s.Node, s.Node]] = []  # what stands before and behind each arrow
         step: s.Expr = node
         while isinstance(step, s.Prefix | s.Guard):
             if isinstance(step, s.Prefix):
-                chunk = [(yield step.channel, before)]
+                pieces = [(yield step.channel, before)]
                 for field in step.fields:
-                    chunk.append((yield field, before))
-                chunk.append(" ->")
+                    pieces.append((yield field, before))
+                chunks.append(cat(*pieces, " ->"))
+                edges.append((step.fields[-1] if step.fields else step.channel, step.body))
             else:
-                chunk = [(yield step.condition, before), " &"]
-            parts.append(group(LINE, *chunk) if parts else cat(*chunk))
+                chunks.append(cat((yield step.condition, before), " &"))
+                edges.append((step.condition, step.body))
             step = step.body
         last = yield step, replace(inside, level=STEP)
-        parts.append(cat(" ", last) if isinstance(step, s.Paren) else group(LINE, last))
-        doc = cat(parts[0], nest(cat(*parts[1:])))
+        # One step to a line if the source has it so, else as many as fit.
+        column = len(edges) > 1 and all(self._broken(*edge) for edge in edges)
+        parts: list[Doc] = []
+        for chunk, edge in zip([*chunks[1:], last], edges, strict=True):
+            broken = column or self._broken(*edge, by_comment=True)
+            if chunk is last and isinstance(step, s.Paren) and not broken:
+                parts.append(cat(" ", chunk))
+            else:
+                parts.append(group(LINE, chunk, broken=broken))
+        doc = cat(chunks[0], nest(cat(*parts)))
         return bracketed(doc) if brackets else doc
 
     def _print_field(self, node: s.Field, place: Place) -> Printing:
@@ -327,7 +342,7 @@ class Expressions:
             follow = inside.follow if operation is node else level
             allowed = STEP if hiding else level - 1
             operand = yield right, replace(inside, level=allowed, follow=follow, begins_row=False)
-            parts += [LINE, operator, " ", nest(operand, 4)]
+            parts += [LINE, operator, " ", nest(operand, min(width(operator) + 1, 4))]
             broken = broken or self._broken(before, right)
             before = right
         doc = group(*parts, broken=broken)
@@ -417,7 +432,10 @@ class Expressions:
             operator = node.operator
             if node.operator == "||":
                 assert node.events is not None
-                alphabet = cat(" [", (yield node.events, ANYWHERE), "]")
+                events = yield node.events, ANYWHERE
+                # Not `[[` nor `[|`.
+                blank = " " if first_text(events).startswith(("[", "|")) else ""
+                alphabet = cat(f" [{blank}", events, "]")
         statements = yield from self._items(node.statements, inside)
         body = yield node.body, inside
         doc = group(operator, " ", nest(commas(statements)), " @", alphabet, nest(cat(LINE, body)))

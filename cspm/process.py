@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
-from weakref import WeakValueDictionary
+from weakref import KeyedRef
 
 from cspm.events import EventSet
 from cspm.source import Span
@@ -22,15 +22,25 @@ from cspm.source import Span
 class _HashConsed(type):
     """Calling a class with the operands of an existing term gives that term."""
 
-    _terms: ClassVar[WeakValueDictionary[tuple[Any, ...], Any]] = WeakValueDictionary()
+    _terms: ClassVar[dict[tuple[Any, ...], KeyedRef[tuple[Any, ...], Any]]] = {}
 
     def __call__(cls, *operands: Any) -> Any:
+        # A WeakValueDictionary does the same at twice the price; terms are made by the million.
         key = (cls, *operands)
-        term = cls._terms.get(key)
-        if term is None:
-            term = super().__call__(*operands)
-            cls._terms[key] = term
+        known = _HashConsed._terms.get(key)
+        if known is not None:
+            term = known()
+            if term is not None:
+                return term
+        term = super().__call__(*operands)
+        _HashConsed._terms[key] = KeyedRef(term, _forget, key)
         return term
+
+
+def _forget(reference: KeyedRef[tuple[Any, ...], Any], _terms: dict[Any, Any] = _HashConsed._terms) -> None:
+    """Drop the entry of a term that nobody has any more, unless an equal one has taken its place."""
+    if _terms.get(reference.key) is reference:
+        del _terms[reference.key]
 
 
 @dataclass(frozen=True, eq=False, slots=True, weakref_slot=True)
@@ -283,12 +293,16 @@ class Reference(Process):
 class Definition:
     """What a new reference needs beside its key; equal to every other so that only keys identify references."""
 
-    __slots__ = ("_text", "evaluate", "span")
+    __slots__ = ("_evaluate", "_text", "span")
 
     def __init__(self, text: str | Callable[[], str], span: Span | None, evaluate: Callable[[], Process]) -> None:
         self._text = text
         self.span = span
-        self.evaluate = evaluate
+        self._evaluate = evaluate
+
+    def evaluate(self) -> Process:
+        """The term that a reference of this definition stands for."""
+        return self._evaluate()
 
     @property
     def text(self) -> str:

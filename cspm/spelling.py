@@ -36,7 +36,7 @@ def tolerance(name: str) -> int:
 
 
 def suggestions(name: str, known: Iterable[str]) -> tuple[str, ...]:
-    """Up to three of the *known* names that *name* may be meant to be, the nearest first."""
+    """Up to three of the *known* names that *name* may be meant to be: those that are nearest, if near enough."""
     limit = tolerance(name)
     if not limit:
         return ()
@@ -51,4 +51,4 @@ def suggestions(name: str, known: Iterable[str]) -> tuple[str, ...]:
         if edits <= limit and edits < max(len(name), len(other)) - 1:
             ranked.append((edits, abs(len(other) - len(name)), other))
     ranked.sort()
-    return tuple(other for _, _, other in ranked[:SUGGESTIONS])
+    return tuple([other for edits, _, other in ranked if edits == ranked[0][0]][:SUGGESTIONS])

@@ -50,6 +50,11 @@ class Thunk:
         self.env = None
         return value
 
+    @property
+    def is_being_evaluated(self) -> bool:
+        """Whether someone further out waits for this very value."""
+        return self.code is _black_hole
+
     def settle(self, value: Any) -> Any:
         """Give the thunk its value from outside."""
         self.value = value

@@ -116,7 +116,7 @@ def front_door() -> None:
 
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run the command line with *arguments* (default: those of the process); the exit code."""
-    from cspcheck.cli.streams import prepare_standard_streams
+    from cspcheck.cli.streams import ReaderGone, prepare_standard_streams
 
     prepare_standard_streams()
     given = list(sys.argv[1:] if arguments is None else arguments)
@@ -128,9 +128,9 @@ def run(arguments: Sequence[str] | None = None) -> int:
         return end.code if isinstance(end.code, int) else 0
     except click.UsageError as error:
         return _wrong_usage(error)
-    except BrokenPipeError:
-        # Whoever read our output has gone. The code is the one that the shell gives to a program that this signal
-        # ends. What is still buffered must not fail again when the interpreter closes.
+    except ReaderGone:
+        # The code is the one that the shell gives to a program that the signal of a broken pipe ends. What is still
+        # buffered must not fail again when the interpreter closes.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 141
     except (KeyboardInterrupt, click.Abort):
@@ -165,7 +165,7 @@ def _stopped(error: Exception, given: list[str]) -> int:
     if isinstance(error, ScriptError):
         _tell(*error.diagnostics)
         return 2
-    from cspcheck.cli.failure import InternalErrors
+    from cspcheck.failure import InternalErrors
 
     verbose = any(argument in ("-v", "--verbose", "-vv") for argument in given)
     _tell(InternalErrors(given, verbose=verbose).report(error, "running the command"))
@@ -173,8 +173,8 @@ def _stopped(error: Exception, given: list[str]) -> int:
 
 
 def _tell(*diagnostics: Any) -> None:
+    from cspcheck.cli.streams import Remarks
     from cspcheck.report.diagnostics import render_diagnostics
     from cspcheck.report.style import style_for
 
-    sys.stderr.write(render_diagnostics(diagnostics, style_for(sys.stderr)))
-    sys.stderr.flush()
+    Remarks().write(render_diagnostics(diagnostics, style_for(sys.stderr)))

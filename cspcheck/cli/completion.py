@@ -17,7 +17,8 @@ def command(shell: str) -> None:
     ~/.zshrc; for fish, `cspcheck completion fish > ~/.config/fish/completions/cspcheck.fish`.
     """
     from cspcheck.cli import front_door
+    from cspcheck.cli.streams import StandardOutput
 
     completion = get_completion_class(shell)
     assert completion is not None
-    click.echo(completion(front_door, {}, "cspcheck", "_CSPCHECK_COMPLETE").source())
+    StandardOutput().write(completion(front_door, {}, "cspcheck", "_CSPCHECK_COMPLETE").source() + "\n")

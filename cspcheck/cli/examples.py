@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Callable
 from difflib import get_close_matches
 from pathlib import Path
 
 import click
 
+from cspcheck.cli.streams import StandardOutput
 from cspcheck.messages import unknown_example, would_overwrite
 from cspm.diagnostics import ScriptError
 
@@ -23,19 +25,20 @@ def command(names: tuple[str, ...], folder: Path | None) -> None:
     NAME is an example, as in `rov`, or one of its files, as in `rov/rov.csp`.
     """
     root = specs()
+    say = StandardOutput().write
     found = [_find(root, name) for name in names]
     if folder is not None:
-        _copy(root, found or [root / name for name in _examples(root)], folder)
+        _copy(root, found or [root / name for name in _examples(root)], folder, say)
     elif found:
         scripts = [script for place in found for script in _scripts(place)]
         for script in scripts:
             if len(scripts) > 1:
-                click.echo(f"-- {script.relative_to(root).as_posix()}")
-            click.echo(script.read_text(encoding="utf-8"), nl=False)
+                say(f"-- {script.relative_to(root).as_posix()}\n")
+            say(script.read_text(encoding="utf-8"))
     else:
         width = max(map(len, _examples(root)), default=0)
         for name in _examples(root):
-            click.echo(f"{name:<{width}}  {_title(root / name)}".rstrip())
+            say(f"{name:<{width}}  {_title(root / name)}".rstrip() + "\n")
 
 
 def specs() -> Path:
@@ -72,8 +75,8 @@ def _title(place: Path) -> str:
     return ""
 
 
-def _copy(root: Path, places: list[Path], folder: Path) -> None:
-    """Copy files and folders with their path below the examples; all or none."""
+def _copy(root: Path, places: list[Path], folder: Path, say: Callable[[str], object]) -> None:
+    """Copy files and folders with their path below the examples, and say where; none if one is there already."""
     copies = [(place, folder / place.relative_to(root)) for place in places]
     for _, target in copies:
         if target.exists():
@@ -84,4 +87,4 @@ def _copy(root: Path, places: list[Path], folder: Path) -> None:
             shutil.copytree(place, target)
         else:
             shutil.copyfile(place, target)
-        click.echo(str(target))
+        say(f"{target}\n")

@@ -21,20 +21,22 @@ def command(codes: tuple[str, ...], color: Any) -> None:
     """
     import sys
 
+    from cspcheck.cli.streams import StandardOutput
     from cspcheck.messages import unknown_code
     from cspcheck.register import all_mistakes, close_codes, find
     from cspm.diagnostics import ScriptError
 
     style = style_for(sys.stdout, color)
+    say = StandardOutput().write
     if not codes:
         for mistake in all_mistakes():
-            click.echo(f"{style.paint(mistake.code, 'bold')}  {mistake.title}", color=True)
+            say(f"{style.paint(mistake.code, 'bold')}  {mistake.title}\n")
         return
     known = [(code, find(code)) for code in codes]
     unknown = [unknown_code(code, close_codes(code)) for code, mistake in known if mistake is None]
     texts = [explain(mistake, style) for _, mistake in known if mistake is not None]
     if texts:
-        click.echo("\n\n".join(texts), color=True)
+        say("\n\n".join(texts) + "\n")
     if unknown:
         raise ScriptError(*unknown)
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING
 
 from cspcheck.quantities import show_bytes
-from cspcheck.report.style import Style, harmless, is_terminal
+from cspcheck.report.style import Style, harmless
 
 if TYPE_CHECKING:
     from checker.search import Progress
@@ -29,11 +29,17 @@ class ProgressLine:
     """
 
     def __init__(
-        self, stream: TextIO, style: Style, *, quiet: bool = False, clock: Callable[[], float] = time.monotonic
+        self,
+        write: Callable[[str], object],
+        style: Style,
+        *,
+        live: bool,
+        quiet: bool = False,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._stream = stream
+        self._write = write
         self._style = style
-        self._live = is_terminal(stream)
+        self._live = live
         self._quiet = quiet
         self._clock = clock
         self._what = ""
@@ -56,18 +62,16 @@ class ProgressLine:
         self._next = now + (LIVE_INTERVAL if self._live else LINE_INTERVAL)
         text = self._text(progress, now)
         if self._live:
-            self._stream.write(_ERASE + self._style.paint(self._style.fit(text, self._style.width - 1), "dim"))
+            self._write(_ERASE + self._style.paint(self._style.fit(text, self._style.width - 1), "dim"))
             self._shown = True
         else:
-            self._stream.write(text + "\n")
-        self._stream.flush()
+            self._write(text + "\n")
 
     def notify(self, line: str) -> None:
         """Say something once."""
         if not self._quiet:
             self.erase()
-            self._stream.write(harmless(line) + "\n")
-            self._stream.flush()
+            self._write(harmless(line) + "\n")
 
     def done(self) -> None:
         """The check has ended."""
@@ -76,8 +80,7 @@ class ProgressLine:
     def erase(self) -> None:
         """Take the live line away."""
         if self._shown:
-            self._stream.write(_ERASE)
-            self._stream.flush()
+            self._write(_ERASE)
             self._shown = False
 
     def _text(self, progress: Progress, now: float) -> str:

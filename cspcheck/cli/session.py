@@ -7,10 +7,11 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from cspcheck.cli.failure import InternalErrors
 from cspcheck.cli.progress import ProgressLine
+from cspcheck.cli.streams import Remarks
+from cspcheck.failure import InternalErrors
 from cspcheck.messages import empty_folder, no_assertions, nothing_selected
-from cspcheck.report.style import ColorChoice, style_for
+from cspcheck.report.style import ColorChoice, is_terminal, style_for
 from cspcheck.result import Exit, Result, Summary, exit_of, worst
 from cspcheck.selection import EmptyFolder, Pattern, Target, select
 from cspm.diagnostics import Diagnostic, ScriptError, Severity
@@ -37,9 +38,11 @@ class Session:
         self._report = report
         self._patterns = patterns
         self._verbosity = verbosity
-        self._remarks = sys.stderr
+        self._remarks = Remarks()
         self._style = style_for(sys.stderr, color)
-        self.progress = ProgressLine(sys.stderr, self._style, quiet=verbosity < 0)
+        self.progress = ProgressLine(
+            self._remarks.write, self._style, live=is_terminal(sys.stderr), quiet=verbosity < 0
+        )
         self.summary = Summary.empty()
         self._codes: list[Exit] = []
         self._internal_errors = InternalErrors(sys.argv[1:], verbose=verbosity > 0)
@@ -95,7 +98,6 @@ class Session:
 
         self.progress.erase()
         self._remarks.write(render_diagnostics(diagnostics, self._style))
-        self._remarks.flush()
 
     def _each(self, targets: Iterable[Target | EmptyFolder], do: Callable[[Target], None]) -> bool:
         """Do something with each target; whether it was interrupted."""
@@ -104,22 +106,16 @@ class Session:
                 if isinstance(target, EmptyFolder):
                     self.say([empty_folder(target.path)])
                     continue
-                self._guarded(f"reading `{target.path}`", lambda target=target: do(target))  # type: ignore[misc]
+                try:
+                    do(target)
+                except Exception as error:
+                    self._codes.append(Exit.INTERNAL)
+                    self.summary.add_broken_script()
+                    self.say([self._internal_errors.report(error, f"reading `{target.path}`")])
         except KeyboardInterrupt:
             self.progress.erase()
             return True
         return False
-
-    def _guarded(self, doing: str, do: Callable[[], None]) -> None:
-        """Do something in which an exception of any kind but an interrupt is our mistake."""
-        try:
-            do()
-        except (KeyboardInterrupt, BrokenPipeError):
-            raise
-        except Exception as error:
-            self._codes.append(Exit.INTERNAL)
-            self.summary.add_broken_script()
-            self.say([self._internal_errors.report(error, doing)])
 
     def _load(self, target: Target) -> Script | None:
         from cspcheck.checking import load
@@ -135,24 +131,24 @@ class Session:
         return script
 
     def _check(self, script: Script, assertions: Sequence[Assertion]) -> None:
-        from cspcheck.checking import check, checker_for
+        from cspcheck.checking import check, checker_for, unanswered
 
         checker = checker_for(script, self._settings, self.progress)
         for assertion in assertions:
+            self.progress.begin(assertion.text)
+            try:
+                result = check(checker, assertion)
+                code = exit_of(result)
+            except Exception as error:
+                report = self._internal_errors.report(error, f"checking `{assertion.text}`")
+                result, code = unanswered(assertion, [report]), Exit.INTERNAL
+            finally:
+                self.progress.done()
+            self._take(result, code)
 
-            def check_one(assertion: Assertion = assertion) -> None:
-                self.progress.begin(assertion.text)
-                try:
-                    result = check(checker, assertion)
-                finally:
-                    self.progress.done()
-                self._take(result)
-
-            self._guarded(f"checking `{assertion.text}`", check_one)
-
-    def _take(self, result: Result) -> None:
+    def _take(self, result: Result, code: Exit) -> None:
         self.summary.add(result)
-        self._codes.append(exit_of(result))
+        self._codes.append(code)
         self._report.result(result)
         if result.diagnostics and not self._report.carries_diagnostics:
             self._remark(result.diagnostics)

@@ -60,6 +60,10 @@ def output_to(path: str | None) -> Output:
         raise ScriptError(cannot_write(path, error.strerror or str(error))) from None
 
 
+class ReaderGone(BaseException):
+    """Whoever read our output has left. Not an ``Exception``: nothing that is told of those can be told any more."""
+
+
 class StandardOutput:
     """Standard output, flushed with every piece so that it keeps its order with standard error."""
 
@@ -67,9 +71,16 @@ class StandardOutput:
         self.stream = sys.stdout
 
     def write(self, text: str) -> None:
-        """Write some text at once."""
-        self.stream.write(text)
-        self.stream.flush()
+        """Write some text at once.
+
+        Raises:
+            ReaderGone: nobody reads any more.
+        """
+        try:
+            self.stream.write(text)
+            self.stream.flush()
+        except BrokenPipeError:
+            raise ReaderGone from None
 
     def __enter__(self) -> Self:
         return self
@@ -78,6 +89,19 @@ class StandardOutput:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Nothing: the stream is not ours to close."""
+
+
+class Remarks:
+    """Standard error, flushed with every piece. What nobody reads is dropped: it must not stop the work."""
+
+    def __init__(self) -> None:
+        self.stream = sys.stderr
+
+    def write(self, text: str) -> None:
+        """Write some text at once, if it can be written."""
+        with contextlib.suppress(OSError, ValueError):
+            self.stream.write(text)
+            self.stream.flush()
 
 
 class Device:
@@ -106,13 +130,13 @@ class WholeFile:
     points to is replaced, not the link.
     """
 
-    def __init__(self, path: str) -> None:
+    def __init__(self, path: str, encoding: str = "utf-8") -> None:
         self._path = os.path.realpath(path)
         folder, name = os.path.split(self._path)
         if os.path.exists(self._path) and not os.access(self._path, os.W_OK):
             raise PermissionError(13, "Permission denied", path)
         number, self._temporary = tempfile.mkstemp(prefix=f".{name}.", suffix=".tmp", dir=folder)
-        self.stream: TextIO = os.fdopen(number, "w", encoding="utf-8", errors="backslashreplace", newline="")
+        self.stream: TextIO = os.fdopen(number, "w", encoding=encoding, errors="backslashreplace", newline="")
 
     def write(self, text: str) -> None:
         """Add some text."""
@@ -146,14 +170,14 @@ def _mode_for(path: str) -> int:
         return 0o666 & ~mask
 
 
-def replace_text(path: str, text: str) -> None:
+def replace_text(path: str, text: str, encoding: str = "utf-8") -> None:
     """Write *text* to the file at *path*, whole or not at all.
 
     Raises:
         ScriptError: the file cannot be written.
     """
     try:
-        with WholeFile(path) as file:
+        with WholeFile(path, encoding) as file:
             file.write(text)
     except OSError as error:
         raise ScriptError(cannot_write(path, error.strerror or str(error))) from None

@@ -41,14 +41,14 @@ def _name(evaluator: Evaluator, node: syntax.Name, frame: Frame) -> Code:
     symbol = evaluator.names.symbol(node)
     slot = frame.slots.get(symbol)
     if slot is not None:
-        return _evaluated(slot) if symbol in frame.evaluated else _variable(slot)
+        return _evaluated(slot) if symbol in frame.evaluated else _variable(slot, node.span)
     if symbol.kind is SymbolKind.BUILTIN:
         return _builtin(evaluator, symbol, frame, node.span)
     thing = frame.unit.thing(symbol)
     if isinstance(thing, Routine):
-        return _named(thing)
+        return _named(thing, node.span)
     if type(thing) is Thunk:
-        return _forced(thing)
+        return _forced(thing, node.span)
     if symbol.kind in (SymbolKind.CHANNEL, SymbolKind.CONSTRUCTOR):
         return lambda env: thing.value
     return lambda env: thing
@@ -58,22 +58,29 @@ def _evaluated(slot: int) -> Code:
     return lambda env: env[slot]
 
 
-def _variable(slot: int) -> Code:
+def _variable(slot: int, span: Span) -> Code:
     def get(env: Env) -> Any:
         value = env[slot]
-        return value.force() if type(value) is Thunk else value
+        if type(value) is not Thunk:
+            return value
+        if value.code is None:
+            return value.value
+        try:
+            return value.force()
+        except Failure as failure:
+            failure.at(span)
+            raise
 
     return get
 
 
-def _forced(thunk: Thunk) -> Code:
-    def get(env: Env) -> Any:
-        return thunk.value if thunk.code is None else thunk.force()
+def _forced(thunk: Thunk, span: Span) -> Code:
+    get = _variable(0, span)
+    here = (thunk,)
+    return lambda env: get(here)
 
-    return get
 
-
-def _named(routine: Routine) -> Code:
+def _named(routine: Routine, span: Span) -> Code:
     thunk = routine.thunk
     assert thunk is not None
 
@@ -82,7 +89,12 @@ def _named(routine: Routine) -> Code:
             return thunk.value
         if routine.known_process:
             return thunk.settle(routine.reference((), ()))
-        return thunk.force()
+        if thunk.is_being_evaluated:
+            raise Failure(messages.depends_on_itself(routine.name, span))
+        try:
+            return thunk.force()
+        except (Failure, RecursionError) as error:
+            raise passed(error, routine, (), span) from None
 
     return get
 

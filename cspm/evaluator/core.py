@@ -74,7 +74,7 @@ class Evaluator:
         self.sorts = Sorts(names, types)
         self.builtins = builtins_for(channels)
         self.strictness = Strictness(self)
-        self.unfolding: dict[Any, str] = {}
+        self.unfolding: dict[Any, Callable[[], str]] = {}
         """The references whose bodies are being evaluated, outermost first, with their texts."""
         self.routines: dict[Any, Any] = {}
         """The routine of each definition that is local to some expression, by node and unit."""

@@ -10,6 +10,7 @@ from cspm.dots import ChannelHead, Dotted, Event, as_one, extension_parts, joine
 from cspm.evaluator.core import PROCESSES, VALUES, Evaluator, compiles
 from cspm.evaluator.frames import Frame
 from cspm.evaluator.free import mentioned
+from cspm.evaluator.operators import dot_parts, with_fields
 from cspm.evaluator.patterns import Matcher, compile_pattern, is_irrefutable, is_variable
 from cspm.evaluator.timed import timed_prefix
 from cspm.failure import Failure
@@ -31,10 +32,14 @@ def _number(branch: tuple[int, Process]) -> int:
 @compiles(PROCESSES, syntax.Prefix)
 @compiles(VALUES, syntax.Prefix)
 def _prefix(evaluator: Evaluator, node: syntax.Prefix, frame: Frame) -> Callable[[Env], Process]:
-    channel = evaluator.value(node.channel, frame)
     span = node.channel.span
     timing = frame.timing
-    if not node.fields:
+    outputs = [field.expression for field in node.fields if field.expression is not None]
+    parts = [*dot_parts(node.channel), *outputs]
+    reach = span.to(node.fields[-1].span) if node.fields else span
+    whole = with_fields(evaluator, parts, frame, reach) if len(outputs) == len(node.fields) else None
+    channel = whole or evaluator.value(node.channel, frame)
+    if not node.fields or whole is not None:
         body = evaluator.process(node.body, frame)
 
         def plain(env: Env) -> Process:

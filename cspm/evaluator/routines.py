@@ -27,6 +27,9 @@ from cspm.values import Function
 if TYPE_CHECKING:
     from cspm.evaluator.core import Evaluator
 
+LONGEST_UNFOLDING = 100_000
+"""A process may stand for another that stands for another, so often."""
+
 Clause = tuple[tuple[syntax.Pattern, ...], syntax.Expr]
 """The patterns of all parameters, and the body."""
 
@@ -228,21 +231,17 @@ class Routine:
         return self._refer((self, captured, tuple(keys)), base, tuple(values), body)
 
     def _refer(self, key: Any, base: Env, arguments: Env, body: Process | None) -> Reference:
-        def text() -> str:
-            return self.shown(arguments)
+        return Reference(key, Use(self, key, base, arguments, body))
 
-        def evaluate() -> Process:
-            return self.evaluator.run(lambda: self._unfold(key, text, base + arguments, body))
-
-        return Reference(key, Definition(text, self.span, evaluate))
-
-    def _unfold(self, key: Any, text: Callable[[], str], env: Env, body: Process | None) -> Process:
+    def unfold(self, key: Any, text: Callable[[], str], env: Env, body: Process | None) -> Process:
         """The term of a reference: its body, and while that is a reference, that one's term."""
         unfolding = self.evaluator.unfolding
         if key in unfolding:
-            names = list(unfolding.values())[list(unfolding).index(key) :]
+            names = [name() for name in list(unfolding.values())[list(unfolding).index(key) :]]
             raise Failure(messages.process_is_itself([*names, names[0]], self.span))
-        unfolding[key] = text()
+        if len(unfolding) > LONGEST_UNFOLDING:
+            raise Failure(messages.never_begins(next(iter(unfolding.values()))(), LONGEST_UNFOLDING, self.span))
+        unfolding[key] = text
         try:
             term = self.enter_process(env) if body is None else body
             while type(term) is Reference:
@@ -279,6 +278,32 @@ class Routine:
             self.known_process = True
             return self.reference(env, (), value)
         return value
+
+
+class Use(Definition):
+    """What a reference to a routine needs: made for every mention of a process, so no heavier than it must be."""
+
+    __slots__ = ("arguments", "base", "body", "key", "routine")
+
+    def __init__(self, routine: Routine, key: Any, base: Env, arguments: Env, body: Process | None) -> None:
+        self.routine = routine
+        self.key = key
+        self.base = base
+        self.arguments = arguments
+        self.body = body
+        self.span = routine.span
+
+    @property
+    def text(self) -> str:
+        """The name with its arguments."""
+        return self.routine.shown(self.arguments)
+
+    def evaluate(self) -> Process:
+        """The term of the body."""
+        return self.routine.evaluator.run(self._unfold)
+
+    def _unfold(self) -> Process:
+        return self.routine.unfold(self.key, lambda: self.text, self.base + self.arguments, self.body)
 
 
 def passed(error: Exception, routine: Routine, arguments: Env, span: Span) -> Failure:

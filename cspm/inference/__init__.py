@@ -23,7 +23,7 @@ from cspm.inference.processes import EVENTS
 from cspm.inference.views import Views
 from cspm.names_symbols import Names, Symbol
 from cspm.recursion import deep_recursion
-from cspm.types import BOOL, EQ, EVENT, PROC, Datatype, Scheme, SequenceOf, Type, show_scheme
+from cspm.types import BOOL, EQ, EVENT, PROC, Datatype, Scheme, SequenceOf, Type, Variable, show_scheme
 
 __all__ = ["Types", "infer", "infer_assertion", "infer_expression"]
 
@@ -72,9 +72,17 @@ class Types:
 class _Inference(ModuleRules):
     """One run over a script, or over an expression or assertion behind it."""
 
+    declared: list[Symbol]
+
     def script(self, script: syntax.Script) -> list[Diagnostic]:
         """Infer everything; the mistakes, in the order of the script."""
         units = units_of(script.declarations, self.names)
+        self.declared = [
+            symbol
+            for unit in units
+            if unit.module is None and not isinstance(unit.declaration, syntax.ModuleDeclaration)
+            for symbol in unit.symbols
+        ]
         found: list[Diagnostic] = []
         failed: set[Unit] = set()
         for unit in units:
@@ -83,6 +91,10 @@ class _Inference(ModuleRules):
             except Rejected as rejected:
                 failed.add(unit)
                 found.append(rejected.diagnostic)
+                for symbol in unit.symbols:
+                    # Its users are not to blame: to them it is of any type.
+                    anything = Variable(1)
+                    self.views.schemes.setdefault(symbol, Scheme((anything,), anything))
         for group in components(units):
             if len(found) >= TOO_MANY:
                 break
@@ -176,8 +188,7 @@ def infer(script: syntax.Script, names: Names) -> Types:
         mistakes = inference.script(script)
     if mistakes:
         raise ScriptError(*mistakes[:TOO_MANY])
-    typed = [symbol for symbol in names.top_level.values() if symbol in views.schemes]
-    types = Types(names, views, typed)
+    types = Types(names, views, [symbol for symbol in inference.declared if symbol in views.schemes])
     types.warnings = tuple(sorted(inference.warnings, key=_position))
     types._expressions = inference.expression_types
     types._kept.append(script)

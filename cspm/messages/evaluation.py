@@ -427,9 +427,10 @@ def complete_already(event: Any, span: Span) -> Diagnostic:
     example="x = x + 1\nprint x",
     repair="y = 0\nx = y + 1\nprint x",
 )
-def depends_on_itself() -> Diagnostic:
+def depends_on_itself(name: str | None = None, span: Span | None = None) -> Diagnostic:
     """A definition whose value needs its own value."""
-    return Diagnostic("CSP421", "this value depends on itself")
+    what = "this value" if name is None else f"the value of `{name}`"
+    return Diagnostic("CSP421", f"{what} depends on itself", span)
 
 
 def declaration_needs_itself(name: str, span: Span | None) -> Diagnostic:
@@ -453,6 +454,16 @@ def process_is_itself(names: Sequence[str], span: Span | None) -> Diagnostic:
     if len(names) > 2:
         text += f" by way of {', '.join(f'`{name}`' for name in names[1:-1])}"
     return Diagnostic("CSP422", text, span, help=f"put an event in front: `a -> {names[0]}`")
+
+
+def never_begins(name: str, limit: int, span: Span | None) -> Diagnostic:
+    """A process *name* that stands for ever other processes, *limit* of them."""
+    return Diagnostic(
+        "CSP422",
+        f"`{name}` was unfolded {limit:,} times and came to no event",
+        span,
+        help="put an event in front of the recursion, or end it",
+    )
 
 
 @mistake(

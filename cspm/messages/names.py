@@ -170,42 +170,6 @@ def qualified_variable(name: str, span: Span) -> Diagnostic:
 
 
 @mistake(
-    "CSP209",
-    "a type annotation belongs to no definition",
-    explanation="An annotation `x :: T` must stand among the same declarations as the definition of `x`.",
-    example="x :: Int\ny = 3",
-    repair="y :: Int\ny = 3",
-)
-def annotation_without_definition(name: str, span: Span, suggested: Sequence[str] = ()) -> Diagnostic:
-    """An annotation of a name that its declarations do not define."""
-    return Diagnostic(
-        "CSP209",
-        f"the type annotation of `{name}` belongs to no definition",
-        span,
-        help=f"did you mean {_quoted(suggested)}?" if suggested else f"define `{name}` next to it, or remove it",
-    )
-
-
-@mistake(
-    "CSP210",
-    "a name has two type annotations",
-    explanation="Each definition can have one annotation.",
-    example="x :: Int\nx :: Bool\nx = 3",
-    repair="x :: Int\nx = 3",
-)
-def annotated_twice(name: str, first: Span, second: Span) -> Diagnostic:
-    """Two annotations of one name."""
-    return Diagnostic(
-        "CSP210",
-        f"`{name}` has two type annotations",
-        second,
-        annotation="annotated again here",
-        labels=(Label(first, "first annotated here"),),
-        help="keep one of them",
-    )
-
-
-@mistake(
     "CSP211",
     "an internal choice of fields behind an input or output",
     explanation="In a prefix every `$` must come before any `?` and `!`.",
@@ -338,17 +302,19 @@ def not_in_timed_section(what: str, span: Span) -> Diagnostic:
 
 @mistake(
     "CSP219",
-    "a pattern that cannot be matched",
-    explanation=(
-        "A set pattern has at most one element (sets have no order); a sequence pattern has at most one part of "
-        "unknown length; `@@` cannot stand in the fields of a prefix."
-    ),
-    example="f(xs ^ ys) = xs",
-    repair="f(<x> ^ ys) = <x>",
+    "a double pattern in the field of a prefix",
+    explanation="`p @@ q` cannot stand in the fields of a prefix.",
+    example="channel c : {0..1}.{0..1}\nP = c?(x @@ 1)?y -> STOP",
+    repair="channel c : {0..1}.{0..1}\nP = c?x:{1}?y -> STOP",
 )
-def impossible_pattern(message: str, span: Span, help_line: str) -> Diagnostic:
-    """A set pattern with several elements, a pattern ``xs^ys``, or ``@@`` in a prefix."""
-    return Diagnostic("CSP219", message, span, help=help_line)
+def double_pattern_in_prefix(span: Span) -> Diagnostic:
+    """``@@`` in a field of a prefix."""
+    return Diagnostic(
+        "CSP219",
+        "`@@` cannot be used in the fields of a prefix",
+        span,
+        help="bind the whole field, and restrict it by a set: `?x:S`",
+    )
 
 
 @mistake(

@@ -67,7 +67,7 @@ def sort(n: int) -> int:
         if not xs:
             return []
         p, *rest = xs
-        return quick([x for x in rest if x < p]) + [p, *quick([x for x in rest if x >= p])]
+        return [*quick([x for x in rest if x < p]), p, *quick([x for x in rest if x >= p])]
 
     return quick([(i * 7919) % n for i in range(1, n + 1)])[-1]
 

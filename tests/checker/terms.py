@@ -273,6 +273,39 @@ def processes(
     return named
 
 
+LAYERS: Sequence[Operators] = (BASIC | CHOICE, PARALLEL | {Hide}, TERMINATING | SYNCHRONISING | CHOICE)
+"""Components, compositions of them, and what is done with compositions."""
+
+
+@st.composite
+def layered(
+    draw: Callable[[st.SearchStrategy[Any]], Any],
+    *,
+    layers: Sequence[Operators] = LAYERS,
+    definitions: int = 2,
+    events: int = 3,
+    size: int = 4,
+) -> Process:
+    """A process whose definitions stand in layers, each with its operators and made of the layer below.
+
+    So operators meet in the order of the layers, which they seldom do by chance. A definition may refer to itself
+    where ``processes`` lets it.
+    """
+    below: list[Reference] = []
+    for level, operators in enumerate(layers):
+        layer: list[Reference] = []
+        for i in range(definitions):
+            terms = _Terms(draw, operators, events)
+            terms.below = below
+            bodies: list[Process] = []
+            named = reference(f"L{level}{LETTERS[i]}", lambda bodies=bodies: bodies[0])
+            terms.itself = named
+            bodies.append(terms.body(size, _Recursion.AFTER_ANY_EVENT))
+            layer.append(named)
+        below = layer
+    return below[0]
+
+
 @st.composite
 def compositions(
     draw: Callable[[st.SearchStrategy[Any]], Any],

@@ -19,7 +19,6 @@ from cspm.process import (
     SKIP,
     STOP,
     ExternalChoice,
-    Hide,
     Interrupt,
     Parallel,
     Prefix,
@@ -30,7 +29,7 @@ from cspm.process import (
     prefix,
 )
 from tests.checker.exploring import interpreted, transitions_in
-from tests.checker.terms import BASIC, PARALLEL, SYNCHRONISING, TERMINATING, compositions, processes, reference
+from tests.checker.terms import compositions, layered, processes, reference
 from tests.checker.test_composition import assert_same_machine, loop
 
 a, b, c, d, e = 2, 3, 4, 5, 6
@@ -51,12 +50,14 @@ def of_formats(process: Process, small: int = 0) -> Network:
     return network_of(Formats(process, semantics, Machines(semantics), small, 5_000), semantics.heads)
 
 
-CHANGING = processes(size=9, definitions=3, operators=BASIC | PARALLEL | TERMINATING | SYNCHRONISING | {Hide})
+CHANGING = layered(size=6)
 
 
 class TestSameMachine:
     @settings(max_examples=300)
-    @given(st.one_of(processes(size=10), CHANGING, compositions(size=6)), st.sampled_from([0, 1, 2, 4, 8, 30]))
+    @given(
+        st.one_of(CHANGING, CHANGING, processes(size=10), compositions(size=6)), st.sampled_from([0, 1, 2, 4, 8, 30])
+    )
     def test_in_formats(self, process: Process, small: int) -> None:
         def compile_it(process: Process) -> Network:
             try:

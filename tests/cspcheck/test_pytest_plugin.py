@@ -27,14 +27,13 @@ BAD = "channel a\nQ = a -> STOP\nassert Q :[deadlock free]\n"
 BROKEN = "channel a\nP = b -> P\nassert P :[deadlock free]\n"
 
 
-LOADED = ("cspm.script", "cspm.inference", "checker.check", "cspcheck.api", "cspcheck.report.full")
-"""What a run of pytest inside of pytest would otherwise load, forget, and load again."""
+# A run of pytest within pytest forgets what it has imported, and our messages can be registered once only.
+for module in ("cspm.script", "cspm.inference", "checker.check", "cspcheck.api", "cspcheck.report.full"):
+    import_module(module)
 
 
 @pytest.fixture
 def place(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> pytest.Pytester:
-    for module in LOADED:
-        import_module(module)
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "" if not PLUGIN else "1")
     if not os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"]:
@@ -168,6 +167,27 @@ class TestOutcome:
 
         result.assert_outcomes(failed=1, passed=1)
         result.stdout.fnmatch_lines(["error[[]CSP501[]]: `P` calls itself before any event"])
+        result.stdout.no_fnmatch_line("*Traceback*")
+
+    def test_a_mistake_of_ours_says_so(self, place: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+        from checker.check import Checker
+
+        def broken(self: Checker, assertion: object) -> None:
+            raise IndexError("list index out of range")
+
+        monkeypatch.setattr(Checker, "check", broken)
+        monkeypatch.setattr("cspcheck.failure.tempfile.tempdir", str(place.path))
+        write(place, spec="assert STOP [T= STOP\n")
+        result = run(place, "spec.csp")
+
+        result.assert_outcomes(failed=1)
+        result.stdout.fnmatch_lines(
+            [
+                "error[[]CSP900[]]: internal error while checking `STOP [[]T= STOP`: IndexError: list index *",
+                "*arguments: pytest * spec.csp",
+                f"*the traceback is in {place.path}/cspcheck-error-*",
+            ]
+        )
         result.stdout.no_fnmatch_line("*Traceback*")
 
     def test_states_are_in_the_report_of_the_run(self, place: pytest.Pytester) -> None:

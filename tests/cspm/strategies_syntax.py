@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass, replace
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 from hypothesis import HealthCheck, settings
@@ -45,8 +45,11 @@ def deferred(make: Callable[..., st.SearchStrategy[Any]]) -> Callable[..., st.Se
     return cache(drawn)
 
 
-def node(form: type[Any], /, **parts: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
-    return st.builds(form, span=st.just(NOWHERE), **parts)
+def node(form: type[Any], /, **parts: Any) -> st.SearchStrategy[Any]:
+    """Nodes of one form; a part is a strategy or the value that it always has."""
+    drawn = {name: part for name, part in parts.items() if isinstance(part, st.SearchStrategy)}
+    fixed = {name: part for name, part in parts.items() if name not in drawn}
+    return st.builds(partial(form, span=NOWHERE, **fixed), **drawn)
 
 
 def some(items: st.SearchStrategy[Any], least: int = 0, most: int = 3) -> st.SearchStrategy[tuple[Any, ...]]:
@@ -65,7 +68,7 @@ literals = [
     ("string", st.text(characters, max_size=5)),
 ]
 names_as_expressions = node(s.Name, parts=qualified)
-literal_expressions = st.one_of(*(node(s.LiteralExpr, kind=st.just(k), value=v) for k, v in literals))
+literal_expressions = st.one_of(*(node(s.LiteralExpr, kind=k, value=v) for k, v in literals))
 
 
 @deferred
@@ -73,8 +76,8 @@ def patterns(depth: int) -> st.SearchStrategy[s.Pattern]:
     base = [
         node(s.NamePattern, parts=names.map(lambda n: (n,))),
         node(s.Wildcard),
-        node(s.LiteralPattern, kind=st.just("int"), value=st.integers(-9, 9)),
-        *(node(s.LiteralPattern, kind=st.just(k), value=v) for k, v in literals[1:]),
+        node(s.LiteralPattern, kind="int", value=st.integers(-9, 9)),
+        *(node(s.LiteralPattern, kind=k, value=v) for k, v in literals[1:]),
     ]
     if depth == 0:
         return st.one_of(*base)
@@ -115,7 +118,7 @@ def expressions(depth: int) -> st.SearchStrategy[s.Expr]:
     optional_statements = st.one_of(st.none(), statements(depth - 1))
     parameters = some(patterns(min(depth - 1, 1)), 1, 2)
     field = st.one_of(
-        node(s.Field, kind=st.just("!"), expression=e),
+        node(s.Field, kind="!", expression=e),
         node(
             s.Field,
             kind=st.sampled_from("?$"),
@@ -124,7 +127,9 @@ def expressions(depth: int) -> st.SearchStrategy[s.Expr]:
         ),
     )
     replicated = [
-        node(s.Replicated, operator=st.sampled_from(["[]", "|~|", "|||", ";"]), statements=statements(depth - 1), body=e),
+        node(
+            s.Replicated, operator=st.sampled_from(["[]", "|~|", "|||", ";"]), statements=statements(depth - 1), body=e
+        ),
         node(
             s.Replicated,
             operator=st.sampled_from(["||", "[|", "[+"]),
@@ -134,7 +139,7 @@ def expressions(depth: int) -> st.SearchStrategy[s.Expr]:
         ),
         node(
             s.Replicated,
-            operator=st.just("<->"),
+            operator="<->",
             statements=statements(depth - 1),
             body=e,
             links=pairs(e),
@@ -206,11 +211,11 @@ schemes = node(s.TypeScheme, constraints=constraints, type=types(3))
 def assertions(depth: int) -> st.SearchStrategy[s.Assertion]:
     e = expressions(depth)
     options = st.tuples(
-        st.lists(node(s.AssertOption, kind=st.just("tau priority"), events=e), max_size=1),
+        st.lists(node(s.AssertOption, kind="tau priority", events=e), max_size=1),
         st.lists(
             node(
                 s.AssertOption,
-                kind=st.just("partial order reduce"),
+                kind="partial order reduce",
                 mode=st.sampled_from([None, "precise", "hybrid", "fast"]),
             ),
             max_size=1,
@@ -229,7 +234,7 @@ def assertions(depth: int) -> st.SearchStrategy[s.Assertion]:
         node(
             s.Property,
             process=e,
-            kind=st.just("has trace"),
+            kind="has trace",
             model=st.one_of(st.none(), models),
             trace=e,
             options=options,
@@ -246,9 +251,7 @@ def declarations(depth: int, place: str) -> st.SearchStrategy[tuple[s.Declaratio
     p = patterns(min(depth + 1, 2))
     clause = node(s.Clause, groups=some(some(p), 1, 2), body=e)
     function = node(s.FunctionDefinition, name=names, clauses=some(clause, 1, 2))
-    annotated = st.tuples(
-        node(s.AnnotationDeclaration, names=st.just(()), scheme=schemes), st.one_of(function)
-    )
+    annotated = st.tuples(node(s.AnnotationDeclaration, names=(), scheme=schemes), st.one_of(function))
     declared = some(node(s.NameDeclaration, name=names), 1)
     kinds: list[st.SearchStrategy[Any]] = [
         function,

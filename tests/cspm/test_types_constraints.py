@@ -75,8 +75,12 @@ HOLDS: list[tuple[Type, Constraints]] = [
 ]
 
 
-@pytest.mark.parametrize(("type_", "constraints"), HOLDS, ids=lambda cell: show(cell)[0] if isinstance(cell, Type) else "")
-@pytest.mark.parametrize("single", [EQ, ORD, SET, COMPLETE, YIELDABLE], ids=["Eq", "Ord", "Set", "Complete", "Yieldable"])
+@pytest.mark.parametrize(
+    ("type_", "constraints"), HOLDS, ids=lambda cell: show(cell)[0] if isinstance(cell, Type) else ""
+)
+@pytest.mark.parametrize(
+    "single", [EQ, ORD, SET, COMPLETE, YIELDABLE], ids=["Eq", "Ord", "Set", "Complete", "Yieldable"]
+)
 def test_a_type_satisfies_exactly_the_constraints_of_its_row(
     type_: Type, constraints: Constraints, single: Constraints
 ) -> None:

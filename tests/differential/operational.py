@@ -1,8 +1,8 @@
 """Traces, stable failures and divergences read off a machine, in the most obvious way.
 
-What a machine means (Roscoe 1997, 7.4.1): after a trace it is in one of a set of states, closed under tau. It can refuse X
-after the trace if one of them is stable and offers nothing of X, or can tick and X is without tick. It can diverge if
-taus lead from one of them back to it.
+What a machine means (Roscoe 1997, 7.4.1): after a trace it is in one of a set of states, closed under tau. It can
+refuse X after the trace if one of them is stable and offers nothing of X, or can tick and X is without tick. It can
+diverge there if taus need never end.
 """
 
 from __future__ import annotations
@@ -53,8 +53,8 @@ class Machine:
         return Root(ticks, initials, maximal(refusals), self.tau_cycle(states))
 
     def tau_cycle(self, states: States) -> bool:
-        """Whether taus from one of the states never have to end: some can be done without leaving those that have one."""
-        lively = set(states)
+        """Whether taus from one of the states need never end."""
+        lively = set(states)  # in the end: those from which a tau leads to another one of them
         while True:
             still = {s for s in lively if any(label == TAU and target in lively for label, target in self.rows[s])}
             if still == lively:

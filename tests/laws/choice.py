@@ -1,4 +1,4 @@
-"""Laws of the choices: Roscoe 1997, sections 1.1, 2.1 (ordinary), 4.1 (sliding), 8.4 (what differs between the models)."""
+"""Laws of the choices: Roscoe 1997, chapters 1, 2 and 4, and section 8.4 for what differs between the models."""
 
 from __future__ import annotations
 
@@ -65,6 +65,17 @@ def external_choice_steps(menu: Menu, other: Menu) -> Claim:
 @law()
 def external_choice_with_skip_can_withdraw_everything_else(p: Process) -> Claim:
     return equal(external(p, SKIP), sliding(p, SKIP))
+
+
+@law()
+def sliding_from_skip_is_an_internal_choice(p: Process) -> Claim:
+    """Tick is signalled: that a tau can take it away does not keep the process from insisting on it."""
+    return equal(sliding(SKIP, p), internal(SKIP, p))
+
+
+@law("F")
+def termination_beside_divergence_is_termination_where_divergence_is_not_seen(p: Process) -> Claim:
+    return equal(internal(p, external(SKIP, DIV)), internal(p, SKIP))
 
 
 @law()

@@ -59,6 +59,12 @@ def hiding_steps(menu: Menu, x: EventSet) -> Claim:
 
 
 @law()
+def hiding_an_alternative_to_termination_leaves_an_internal_choice(a: int, p: Process, x: EventSet) -> Claim:
+    hidden = x | EventSet.of([a])
+    return equal(hide(external(SKIP, prefix(a, p)), hidden), internal(SKIP, hide(p, hidden)))
+
+
+@law()
 def hiding_goes_into_parallel_past_the_shared_events(p: Process, x: EventSet, q: Process, y: EventSet) -> Claim:
     hidden = y - x
     return equal(hide(parallel(p, x, q), hidden), parallel(hide(p, hidden), x, hide(q, hidden)))

@@ -1,9 +1,9 @@
 """Short names for the operators, and how a law is stated.
 
-A law is a function from processes, event sets, events, menus and renamings to a claim. What an argument is, is told by its
-name: ``p q r`` are processes, ``x y z`` event sets, ``a b`` events, ``menu`` and ``other`` the branches of a prefix choice,
-``relation`` and ``second`` renamings (of any kind), ``bijection`` one that permutes all events, ``p2 q2`` processes that never
-perform the event c.
+A law is a function from processes, event sets, events, menus and renamings to a claim. What an argument is, is told by
+its name: ``p q r`` are processes, ``x y z`` event sets, ``a b`` events, ``menu`` and ``other`` the branches of a
+prefix choice, ``relation`` and ``second`` renamings of any kind, ``bijection`` one that permutes all events, and
+``p2 q2`` processes that never perform the event c.
 """
 
 from __future__ import annotations

@@ -65,7 +65,8 @@ def parallel_steps(menu: Menu, x: EventSet, other: Menu) -> Claim:
             if e in left and e in right:
                 branches[e] = parallel(left[e], x, right[e])
         else:
-            ways = [parallel(left[e], x, q)] * (e in left) + [parallel(p, x, right[e])] * (e in right)
+            ways = [parallel(left[e], x, q)] if e in left else []
+            ways += [parallel(p, x, right[e])] if e in right else []
             branches[e] = internal(*ways)
     return equal(parallel(p, x, q), menu_of(branches))
 

@@ -6,8 +6,8 @@ that is possible at once hangs the tree of the process after a. The root is
 
 * ``ticks``: whether tick is a trace;
 * ``initials``: the events a such that <a> is a trace;
-* ``refusals``: the maximal sets X such that (<>, X) is a stable failure. Refusals are closed under subsets, so the maximal
-  ones say all. Tick is signalled: if tick is possible, everything but tick can be refused (F4).
+* ``refusals``: the maximal sets X such that (<>, X) is a stable failure. Refusals are closed under subsets, so the
+  maximal ones say all. Tick is signalled: if tick is possible, everything but tick can be refused (F4).
 * ``diverges``: whether <> is a divergence.
 
 Each operator is defined twice here: the root of the result from the roots of the operands, and the result after a from
@@ -16,8 +16,8 @@ the operands after their events. The second follows from the trace definitions b
 Nondeterminism is union everywhere: there are no internal steps.
 
 Trees are infinite, so they are written as expressions and unrolled on demand. Equal expressions are one object, a
-union is the set of its parts, and a process of finitely many states has finitely many expressions below it (the argument
-of Brzozowski's derivatives). What is said of such a tree is therefore exact, with no bound on the length of traces:
+union is the set of its parts, and a process of finitely many states has finitely many expressions below it (as with
+Brzozowski's derivatives). What is said of such a tree is therefore exact, with no bound on the length of traces:
 
 * a difference between two trees shows within the finitely many pairs of expressions;
 * ``P \ A`` diverges by chattering exactly if the expressions reached from P by events of A alone contain a cycle: the
@@ -33,7 +33,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable
 from typing import NamedTuple
 
-from cspm.events import TICK, EventSet
+from cspm.events import TICK
 from cspm.process import (
     AlphabetisedParallel,
     Buffer,
@@ -147,8 +147,8 @@ def maximal(refusals: Iterable[int]) -> frozenset[int]:
 class Semantics:
     """The denotations of process terms over an alphabet.
 
-    ``limit``: how many expressions there may be; :class:`TooLarge` is raised, here and wherever trees are unrolled, if more
-    are needed.
+    ``limit``: how many expressions there may be; where more are needed, :class:`TooLarge` is raised, also when trees
+    are unrolled later.
     """
 
     def __init__(self, alphabet: Iterable[int], limit: int = 1_000_000) -> None:
@@ -171,6 +171,10 @@ class Semantics:
         if known is None:
             known = self._terms[process] = self._of(process)
         return known
+
+    def hidden(self) -> list[Denotation]:
+        """The trees within which events have been hidden so far."""
+        return [key[1] for key in self._expressions if isinstance(key, tuple) and key[0] == "\\"]
 
     def _of(self, process: Process) -> Denotation:
         match process:
@@ -305,8 +309,8 @@ class Semantics:
     def synchronising_choice(self, shared: int, operands: list[Denotation]) -> Denotation:
         """``P [+ shared +] Q``; with nothing shared it is ``P [] Q``.
 
-        All take part in a shared event and the choice stays open; any other event, and tick, resolves it. A shared event is
-        refused if some operand refuses it, another one if all do.
+        All take part in a shared event and the choice stays open; any other event, and tick, resolves it. A shared
+        event is refused if some operand refuses it, another one if all do.
         """
 
         def root() -> Root:

@@ -1,12 +1,12 @@
 """Random processes for tests against the reference: small, finite-state, and likely to be interesting.
 
 One generator, two drivers: it asks a *chooser* for numbers below n. :func:`processes` drives it from Hypothesis
-(number 0 is always the simplest choice, so that failures shrink), :func:`random_process` from ``random.Random``, for bulk.
+(number 0 is the simplest choice, so that failures shrink), :func:`random_process` from ``random.Random``, for bulk.
 
-What is promised: every process has finitely many states and every recursion is guarded by a visible event.
-So definitions are made in two floors. A body may refer to its own floor only where the rest of the body is gone by then
-(behind a prefix, and to the right of ``;`` or of an exception's handler mark, never under parallel, hiding, renaming, to the left of
-``;``, or in an operand that stays), and to the floor below anywhere.
+What is promised: every process has finitely many states, and every recursion is guarded by a visible event. So
+definitions are made in two floors. A body may refer to its own floor only behind an event and where nothing of the
+body is left by then (not within parallel, hiding or renaming, nor to the left of ``;``, interrupt or exception),
+and to the floor below anywhere.
 """
 
 from __future__ import annotations
@@ -282,29 +282,35 @@ def random_process(rng: random.Random, size: int = 6, letters: int = 3) -> Proce
     return Generator(rng.randrange, letters).process(size)
 
 
-@st.composite
-def processes(draw: st.DrawFn, max_size: int = 6, letters: int = 3) -> Process:
+def processes(max_size: int = 6, letters: int = 3) -> st.SearchStrategy[Process]:
     """Random processes with recursion."""
-    return Generator(_drawing(draw), letters).process(draw(st.integers(1, max_size)))
+    return _chosen(lambda choose: Generator(choose, letters).process(1 + choose(max_size)))
 
 
-@st.composite
-def finite_processes(draw: st.DrawFn, max_size: int = 6, letters: int = 3) -> Process:
-    """Random processes without named recursion (RUN and CHAOS may occur)."""
-    return Generator(_drawing(draw), letters).term(draw(st.integers(1, max_size)), _Scope())
+def finite_processes(max_size: int = 6, letters: int = 3) -> st.SearchStrategy[Process]:
+    """Random processes without names (RUN and CHAOS may occur)."""
+    return _chosen(lambda choose: Generator(choose, letters).term(1 + choose(max_size), _Scope()))
 
 
-@st.composite
-def event_sets(draw: st.DrawFn, letters: int = 3) -> EventSet:
-    return Generator(_drawing(draw), letters).events()
+def event_sets(letters: int = 3) -> st.SearchStrategy[EventSet]:
+    return st.sets(st.sampled_from(EVENTS[:letters])).map(EventSet.of)
 
 
-@st.composite
-def renamings(draw: st.DrawFn, letters: int = 3) -> tuple[tuple[int, int], ...]:
+def renamings(letters: int = 3) -> st.SearchStrategy[tuple[tuple[int, int], ...]]:
     """Non-empty relations on events, collisions and splits included."""
     events = st.sampled_from(EVENTS[:letters])
-    return tuple(sorted(draw(st.sets(st.tuples(events, events), min_size=1, max_size=4))))
+    return st.sets(st.tuples(events, events), min_size=1, max_size=4).map(lambda pairs: tuple(sorted(pairs)))
 
 
-def _drawing(draw: st.DrawFn) -> Chooser:
-    return lambda n: draw(st.integers(0, n - 1))
+def _chosen(make: Callable[[Chooser], Process]) -> st.SearchStrategy[Process]:
+    """What *make* builds by choices that Hypothesis controls.
+
+    One draw of many bytes, each a choice, is many times faster than as many draws. When they are used up, every choice
+    is the simplest.
+    """
+
+    def made(choices: bytes) -> Process:
+        left = iter(choices)
+        return make(lambda n: next(left, 0) % n)
+
+    return st.binary(min_size=80, max_size=80).map(made)

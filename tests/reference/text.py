@@ -35,7 +35,7 @@ def script(**processes: Process) -> str:
     """The processes by their names, as a script that can be loaded."""
     definitions: dict[Reference, str] = {}
     lines = [f"{name} = {_text(process, definitions)}" for name, process in processes.items()]
-    pending = [r for r in definitions]
+    pending = list(definitions)
     for reference in pending:
         before = len(definitions)
         lines.append(f"{reference.text} = {_text(reference.body(), definitions)}")

@@ -1,8 +1,8 @@
 """Refinement and the properties by their definitions, on the trees of :mod:`tests.reference.denotations`.
 
-Every answer is exact: the trees of finite-state processes have finitely many different expressions, and all of them (for
-refinement: all pairs reached by the same trace) are looked at, breadth first, so that the first difference found is one
-after a shortest trace.
+Every answer is exact: the trees of finite-state processes have finitely many different expressions, and all of them
+(for refinement: all pairs reached by the same trace) are looked at, breadth first and in the order of the events. So
+what is found first is found after the shortest trace, and of several shortest ones after the first in that order.
 """
 
 from __future__ import annotations
@@ -35,6 +35,9 @@ def refinement(spec: Denotation, impl: Denotation, model: Model) -> Difference |
 
     T: traces. F: traces and stable failures. FD: failures and divergences, where after a divergence
     everything counts as possible: a specification that may diverge allows everything from there on.
+
+    Of the shortest traces it is the first in the order of the events, and of several things that are wrong after
+    it the first event that is not allowed (tick before the others), else a refusal, else the divergence.
     """
     seen = {(spec, impl)}
     queue: deque[tuple[Trace, Denotation, Denotation]] = deque([((), spec, impl)])
@@ -54,16 +57,16 @@ def refinement(spec: Denotation, impl: Denotation, model: Model) -> Difference |
 
 
 def _difference(trace: Trace, spec: Root, impl: Root, model: Model) -> Difference | None:
-    if model == "FD" and impl.diverges:
-        return Difference(trace, diverges=True)
-    for event in events_of(impl.initials & ~spec.initials):
-        return Difference(trace, event=event)
     if impl.ticks and not spec.ticks:
         return Difference(trace, event=TICK)
+    for event in events_of(impl.initials & ~spec.initials):
+        return Difference(trace, event=event)
     if model != "T":
         for refused in impl.refusals:
             if not any(refused & ~allowed == 0 for allowed in spec.refusals):
                 return Difference(trace, refusal=refused)
+    if model == "FD" and impl.diverges:
+        return Difference(trace, diverges=True)
     return None
 
 

@@ -65,7 +65,7 @@ Scripts = Callable[..., None]
 def scripts(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Scripts:
     """Let scripts be what a test says instead of what files hold."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("cspcheck.cli.failure.tempfile.tempdir", str(tmp_path))
+    monkeypatch.setattr("cspcheck.failure.tempfile.tempdir", str(tmp_path))
 
     def set_up(**known: dict[str, Answer] | BaseException) -> None:
         def load(path: str, settings: checking.Settings) -> FakeScript:
@@ -177,6 +177,7 @@ def test_a_mistake_of_ours_is_in_the_document_too(scripts: Scripts, capsys: pyte
     out, err = capsys.readouterr()
     document = json.loads(out)
     assert document["diagnostics"][0]["code"] == "CSP900"
+    assert [result["verdict"] for result in document["results"]] == ["error", "pass"]
     assert document["summary"] == {"pass": 1, "fail": 0, "unknown": 0, "error": 1}
     assert err == ""
 

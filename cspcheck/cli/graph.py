@@ -1,0 +1,113 @@
+"""``cspcheck graph FILE PROCESS``: pictures of machines, architectures and counterexamples."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cspcheck.cli import finish
+from cspcheck.cli.options import script_options
+from cspcheck.drawing.messages import no_counterexample, too_large_to_draw, unknown_picture_format
+from cspm.diagnostics import ScriptError
+
+if TYPE_CHECKING:
+    from cspcheck.checking import Settings
+    from cspcheck.drawing.picture import Picture
+    from cspm.script import Script
+
+MOST_STATES = 300
+FORMATS = (".svg", ".html", ".dot")
+
+
+@click.command(short_help="Draw a machine, an architecture or a counterexample.")
+@click.argument("file", metavar="FILE", type=click.Path(allow_dash=True))
+@click.argument("process", metavar="PROCESS")
+@click.option(
+    "-o", "--output", metavar="FILE", type=click.Path(), help="x.svg, x.html or x.dot [default: SVG to stdout]."
+)
+@click.option("--architecture", is_flag=True, help="Draw the components and the channels between them.")
+@click.option("--trace", is_flag=True, help="PROCESS is an assertion: draw its counterexample as a sequence chart.")
+@click.option(
+    "--max-states",
+    type=click.IntRange(1),
+    default=MOST_STATES,
+    show_default=True,
+    help="Draw no machine larger than this.",
+)
+@script_options
+def command(**options: Any) -> None:
+    """Draw the machine of PROCESS, any process expression of the script FILE.
+
+    With --architecture its components and their channels; with --trace the counterexample of the assertion PROCESS.
+    """
+    from cspcheck import checking
+    from cspcheck.cli.streams import output_to
+
+    output: str | None = options["output"]
+    suffix = ".svg" if output in (None, "-") else os.path.splitext(str(output))[1].lower()
+    if suffix not in FORMATS:
+        raise ScriptError(unknown_picture_format(str(output)))
+    settings = checking.Settings(definitions=dict(options["definitions"]))
+    script = checking.load(options["file"], settings)
+    if options["trace"]:
+        text = _chart(script, settings, options["process"], suffix)
+    elif options["architecture"]:
+        text = _rendered(_architecture(script, options["process"]), suffix)
+    else:
+        text = _rendered(_machine(script, options["process"], options["max_states"]), suffix)
+    with output_to(output) as stream:
+        stream.write(text)
+    finish(0)
+
+
+def _rendered(picture: Picture, suffix: str) -> str:
+    from cspcheck.drawing import dot, html, svg
+
+    if suffix == ".dot":
+        return dot.render(picture)
+    drawn = svg.render(picture)
+    return html.page(picture.title, drawn) if suffix == ".html" else drawn
+
+
+def _machine(script: Script, text: str, most: int) -> Picture:
+    from checker.budget import Incomplete
+    from checker.messages import unsupported_function
+    from checker.transitions import UnsupportedOperator
+    from checker.verdict import Limits
+    from cspcheck import checking
+    from cspcheck.drawing.machines import machine_picture
+
+    process = script.process(text)
+    settings = checking.Settings(limits=Limits(states=most), full=True)
+    try:
+        lts = checking.checker_for(script, settings, checking.NoWatch()).lts(process)
+    except Incomplete:
+        raise ScriptError(too_large_to_draw(text, most)) from None
+    except UnsupportedOperator as unsupported:
+        raise ScriptError(unsupported_function(str(unsupported))) from None
+    return machine_picture(text, lts, script.events)
+
+
+def _architecture(script: Script, text: str) -> Picture:
+    from checker.composition import Compiler
+    from checker.verdict import Limits
+    from cspcheck.drawing.machines import architecture_picture
+
+    network = Compiler().network(script.process(text), Limits(), lambda _: None)
+    return architecture_picture(text, network, script.events)
+
+
+def _chart(script: Script, settings: Settings, text: str, suffix: str) -> str:
+    from cspcheck import checking
+    from cspcheck.drawing import html, sequence
+
+    assertion = script.assertion(text)
+    result = checking.check(checking.checker_for(script, settings, checking.NoWatch()), assertion)
+    if result.counterexample is None:
+        raise ScriptError(no_counterexample(assertion.text, str(result.verdict)))
+    if suffix == ".dot":
+        raise ScriptError(unknown_picture_format("a sequence chart in DOT"))
+    chart = sequence.render(assertion.text, result.counterexample)
+    return html.page(assertion.text, chart) if suffix == ".html" else chart

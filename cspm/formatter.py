@@ -1,0 +1,218 @@
+"""Tidying a script: printed anew with its comments, blank lines and deliberate line breaks.
+
+The tree is laid out without comments, which gives the same tokens as the source; then each comment goes back
+between the two tokens that it stood between, at the end of a line, on lines of its own or inside a line as it was.
+What the author broke over lines stays broken where that carries meaning (rows of process operators, conditionals,
+declarations of a ``let``, constructors of a datatype); all other lines are filled anew. Formatting a formatted
+script changes nothing.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Sequence
+from dataclasses import dataclass
+from difflib import SequenceMatcher
+from typing import Final, Literal
+
+from cspm import syntax as s
+from cspm.lexer import Tokens, tokenise
+from cspm.parser import parse_alone
+from cspm.printer import print_script
+from cspm.printer_declarations import Printer
+from cspm.printer_layout import WIDTH, lay_out
+from cspm.source import Source
+
+STEP: Final = 4
+"""Columns by which a line is indented that only a comment made necessary."""
+
+_CLOSERS: Final = frozenset(["exports", "endmodule", "}", "|}", ")", "|)", "]", "]]", "|]", "SEQUENCE_CLOSE", "within"])
+"""Before these a comment belongs to what is closed, and is indented like it."""
+
+
+def format_source(source: Source, *, width: int = WIDTH) -> str:
+    """The script in tidy form, with all its comments; ends with a line break unless it is empty.
+
+    The tree of the result is that of *source*. Included files are not read.
+
+    Raises:
+        ScriptError: the script does not parse.
+    """
+    script = parse_alone(source)
+    tokens = tokenise(source)
+    hints = _Hints(source, tokens)
+    laid_out = lay_out(Printer(hints.broken).document(script), width)
+    text = _weave(tokens, laid_out)
+    # Whatever happens, a formatter must not change what a script says.
+    again = parse_alone(Source(source.name, text))
+    if print_script(again) != print_script(script) or len(again.comments) != len(script.comments):
+        raise AssertionError("formatting would change the script")
+    return text
+
+
+class _Hints:
+    """What the lines of the source say about the layout."""
+
+    def __init__(self, source: Source, tokens: Tokens) -> None:
+        self._source = source
+        self._comments = [start for start, _ in tokens.comments]
+        self._line_comments = [source.text.startswith("--", start) for start in self._comments]
+
+    def broken(self, first: s.Node, second: s.Node, *, by_comment: bool = False) -> bool:
+        """Whether a line ends between two nodes; with *by_comment*, whether a comment goes to its end there."""
+        start, end = first.span.end, second.span.start
+        if not by_comment:
+            return "\n" in self._source.text[start:end]
+        place = bisect_left(self._comments, start)
+        while place < len(self._comments) and self._comments[place] < end:
+            if self._line_comments[place] or self._own_line(self._comments[place]):
+                return True
+            place += 1
+        return False
+
+    def _own_line(self, offset: int) -> bool:
+        text = self._source.text
+        return not text[text.rfind("\n", 0, offset) + 1 : offset].strip()
+
+
+@dataclass(frozen=True, slots=True)
+class _Comment:
+    """A comment with its surroundings.
+
+    ``place`` is "behind" another thing on its line, "before" the next token on its line, "within" a line if both
+    hold, or "alone". ``apart`` tells whether a blank line stands before it.
+    """
+
+    text: str
+    place: Literal["behind", "before", "within", "alone"]
+    apart: bool
+
+    @property
+    def to_line_end(self) -> bool:
+        return self.text.startswith("--")
+
+
+def _weave(tokens: Tokens, laid_out: str) -> str:
+    """The text *laid_out* with the comments and the blank lines between declarations of the source."""
+    made = tokenise(Source("<formatted>", laid_out))
+    source_tokens, made_tokens = _Row(tokens), _Row(made)
+    gaps = _aligned(source_tokens, made_tokens)
+    out: list[str] = []
+    end = 0
+    for place in range(len(made_tokens.kinds)):
+        start = made_tokens.starts[place]
+        blank = laid_out[end:start]
+        taken = gaps.get(place, [])
+        comments = [c for gap in taken for c in source_tokens.comments(gap)]
+        apart = any(source_tokens.ends_apart(gap) for gap in taken)
+        out.append(_gap(blank, comments, apart, made_tokens, place))
+        end = made_tokens.ends[place]
+        out.append(laid_out[start:end])
+    text = "".join(out).rstrip()
+    return text + "\n" if text else ""
+
+
+def _gap(blank: str, comments: Sequence[_Comment], apart: bool, made: _Row, place: int) -> str:
+    """What stands between two tokens, where the layout has *blank*."""
+    first = place == 0
+    last = made.kinds[place] == "$END"
+    separates = made.separated[place]
+    if not comments:
+        return "\n" + blank if apart and separates and not first else blank
+    broken = "\n" in blank or last
+    indent = blank.rsplit("\n", 1)[-1] if "\n" in blank else "" if first or last else " " * (made.indent(place) + STEP)
+    inner = indent + "  " if made.kinds[place] in _CLOSERS and broken and not last else indent
+    parts: list[str] = []
+    at_start = first  # nothing stands on the line yet, and nothing above it
+    line_over = False  # a line break must come before anything else
+    for comment in comments:
+        if comment.place == "alone" or line_over or (comment.place in ("before", "within") and broken and not first):
+            if not at_start:
+                parts.append("\n\n" if comment.apart and separates else "\n")
+            parts.append(inner if comment.place == "alone" or not broken else indent)
+        elif not at_start:
+            parts.append("  " if comment.to_line_end else " ")
+        parts.append(comment.text)
+        at_start = False
+        line_over = comment.to_line_end or comment.place == "alone" or (comment.place == "behind" and broken)
+    if last:
+        return "".join(parts)
+    if line_over:
+        parts.append("\n\n" if apart and separates else "\n")
+        parts.append(indent)
+    elif blank or made.kinds[place] not in _CLOSERS:
+        parts.append(" ")
+    return "".join(parts)
+
+
+class _Row:
+    """The tokens of a text without its line breaks, and what stands between them."""
+
+    def __init__(self, tokens: Tokens) -> None:
+        self.text = tokens.source.text
+        self.kinds: list[str] = []
+        self.starts: list[int] = []
+        self.ends: list[int] = []
+        self.separated: list[bool] = []  # whether a line break that matters stands before the token
+        separated = False
+        for kind, start, end in zip(tokens.kinds, tokens.starts, tokens.ends, strict=True):
+            if kind == "_NEWLINE":
+                separated = True
+                continue
+            self.kinds.append(kind)
+            self.starts.append(start if kind != "$END" else len(self.text))
+            self.ends.append(end if kind != "$END" else len(self.text))
+            self.separated.append(separated or kind == "$END" or not self.kinds[:-1])
+            separated = False
+        self._comments: dict[int, list[tuple[int, int]]] = {}
+        for start, end in tokens.comments:
+            self._comments.setdefault(bisect_left(self.starts, start), []).append((start, end))
+
+    def indent(self, place: int) -> int:
+        """The indentation of the line of the token before *place*."""
+        start = self.starts[place - 1]
+        line = self.text[self.text.rfind("\n", 0, start) + 1 :]
+        return len(line) - len(line.lstrip(" "))
+
+    def comments(self, gap: int) -> list[_Comment]:
+        """The comments before the token at *gap*."""
+        found: list[_Comment] = []
+        before = self.ends[gap - 1] if gap else 0
+        spans = self._comments.get(gap, [])
+        for number, (start, end) in enumerate(spans):
+            text = self.text[start:end]
+            after = spans[number + 1][0] if number + 1 < len(spans) else self.starts[gap]
+            lines_before = self.text.count("\n", before, start)
+            behind = lines_before == 0 and (before > 0 or bool(found))
+            ahead = "\n" not in self.text[end:after] and after < len(self.text)
+            place: Literal["behind", "before", "within", "alone"]
+            place = ("within" if ahead else "behind") if behind else ("before" if ahead else "alone")
+            found.append(_Comment(text.rstrip(), place, lines_before > 1))
+            before = end
+        return found
+
+    def ends_apart(self, gap: int) -> bool:
+        """Whether a blank line stands directly before the token at *gap*."""
+        spans = self._comments.get(gap, [])
+        before = spans[-1][1] if spans else self.ends[gap - 1] if gap else 0
+        return self.text.count("\n", before, self.starts[gap]) > 1
+
+
+def _aligned(source: _Row, made: _Row) -> dict[int, list[int]]:
+    """For each token that was made, the tokens of the source before which what stands goes before it.
+
+    The two rows of tokens are the same but for brackets in types, of which superfluous ones are not kept.
+    """
+    if source.kinds == made.kinds:
+        return {place: [place] for place in range(len(made.kinds))}
+    gaps: dict[int, list[int]] = {}
+    pending: list[int] = []
+    for match in SequenceMatcher(None, source.kinds, made.kinds, autojunk=False).get_opcodes():
+        tag, first, end, made_first, _ = match
+        for offset in range(end - first):
+            pending.append(first + offset)
+            if tag == "equal":
+                gaps[made_first + offset] = pending
+                pending = []
+    gaps.setdefault(len(made.kinds) - 1, []).extend(pending)
+    return gaps

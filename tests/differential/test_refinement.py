@@ -1,0 +1,88 @@
+"""The engine's refinement checks against the definitions: many random pairs of related processes, in all models.
+
+The reference is exact, so each disagreement is a fault of one of the two. ``CSPCHECK_TRIPLES`` says how many triples
+(process, process, model) there are; ``CSPCHECK_SEED`` gives others.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from itertools import permutations
+
+import pytest
+
+from checker.check import Checker
+from cspm.process import Process
+from tests.differential.engine import checker, refutes_refinement, said, visible
+from tests.differential.families import EXPRESSIONS, families, smallest
+from tests.reference.denotations import Semantics
+from tests.reference.processes import EVENTS
+from tests.reference.text import script
+from tests.reference.verdicts import MODELS, Model, refinement
+
+TRIPLES = int(os.environ.get("CSPCHECK_TRIPLES", "20000"))
+SEED = int(os.environ.get("CSPCHECK_SEED", "1"))
+BATCH = 1_000
+
+
+class Compared:
+    """One check by the engine beside what the definitions say.
+
+    ``verdict`` is the engine's (None where it gave up), ``problem`` what is wrong with its answer.
+    """
+
+    def __init__(self, spec: Process, impl: Process, model: Model, semantics: Semantics, engine: Checker) -> None:
+        left, right = semantics.of(spec), semantics.of(impl)
+        difference = refinement(left, right, model)
+        outcome = engine.check_refinement(spec, model, impl)
+        found = outcome.counterexample
+        self.verdict = said(outcome)
+        self.problem: str | None = None
+        if self.verdict is None:
+            return
+        if self.verdict != (difference is None):
+            self.problem = f"the engine says {outcome.verdict}, the definitions give {difference}"
+        elif difference is None:
+            self.problem = None if found is None else f"it holds, so this refutes nothing: {found}"
+        elif found is None:
+            self.problem = "a failure without a counterexample"
+        elif not refutes_refinement(found, left, right, model):
+            self.problem = f"this refutes nothing: {found}"
+        elif visible(found.trace) != difference.trace:
+            self.problem = f"{found} is not the first counterexample, which is {difference}"
+
+
+@pytest.mark.parametrize("batch", range(max(1, TRIPLES // BATCH)))
+def test_refinement_is_what_the_definitions_say(batch: int) -> None:
+    verdicts: Counter[tuple[Model, bool | None]] = Counter()
+    for number, (semantics, members) in enumerate(families(SEED * 1_000_000 + batch)):
+        full = number % 3 == 0
+        engine = checker(full=full)
+        for spec, impl in permutations(members, 2):
+            for model in MODELS:
+                compared = Compared(spec, impl, model, semantics, engine)
+                if compared.problem is not None:
+                    pytest.fail(report(spec, impl, model, full=full))
+                verdicts[model, compared.verdict] += 1
+        if verdicts.total() >= BATCH:
+            break
+
+    for model in MODELS:  # the comparison is worth something only if both answers are common
+        told = verdicts[model, True] + verdicts[model, False]
+        assert verdicts[model, True] > told / 5, verdicts
+        assert verdicts[model, False] > told / 10, verdicts
+        assert verdicts[model, None] < told / 20, verdicts
+
+
+def report(spec: Process, impl: Process, model: Model, *, full: bool) -> str:
+    """The disagreement on processes that are as small as can be found."""
+
+    def problem(left: Process, right: Process) -> str | None:
+        return Compared(left, right, model, Semantics(EVENTS, EXPRESSIONS), checker(full=full)).problem
+
+    alone = problem(spec, impl)
+    if alone is None:
+        return f"Spec [{model}= Impl is wrong only after other checks, full={full}\n{script(Spec=spec, Impl=impl)}"
+    spec, impl = smallest((spec, impl), problem)
+    return f"Spec [{model}= Impl, full={full}: {problem(spec, impl)}\n{script(Spec=spec, Impl=impl)}"
