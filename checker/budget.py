@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from checker.verdict import Counterexample, Limits, Outcome, Verdict
 
 if TYPE_CHECKING:
+    from checker.growth import LimitReached
     from checker.search import Exploration
 
 
@@ -67,13 +68,17 @@ class Budget:
         """The answer, with the time and the memory that it took."""
         return Outcome(verdict, reason, states, transitions, self.seconds, self.peak_memory_bytes, counterexample)
 
+    def is_over(self) -> bool:
+        """Whether there is no time left."""
+        return self.limits.seconds is not None and self.seconds >= self.limits.seconds
+
     def check_time(self, doing: str) -> None:
         """Give up when the time is over.
 
         Raises:
             Incomplete: it is; *doing* is what was going on (``normalising the specification``).
         """
-        if self.limits.seconds is not None and self.seconds > self.limits.seconds:
+        if self.is_over():
             raise Incomplete(f"{_reached('seconds', self.limits)} while {doing}")
 
     def shortfall(self, exploration: Exploration, nothing: str) -> str:
@@ -85,6 +90,17 @@ class Budget:
         """
         among = f", no {nothing} among them" if nothing else ""
         return f"{self.reached(exploration)}: {coverage(exploration)}{among}"
+
+    def too_many_terms(self, limit: LimitReached) -> str:
+        """What to say when a component is too large to be explored by itself."""
+        of_states = self.limits.states is not None and limit.states >= self.limits.states
+        if self.limits.memory_bytes is None or of_states:
+            return limit.diagnostic.message
+        return f"{self.memory_reached()}: {limit.diagnostic.message}"
+
+    def memory_reached(self) -> str:
+        """``memory limit of 8 GiB reached``."""
+        return _reached("memory", self.limits)
 
     def reached(self, exploration: Exploration) -> str:
         """The limit that ended an exploration: ``state limit of 1,000 reached``."""

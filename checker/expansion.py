@@ -11,6 +11,8 @@ from checker.packed import PackedNetwork
 
 CAPACITY = 1 << 15
 """Transitions that a buffer holds at first."""
+SMALL_CAPACITY = 1 << 8
+"""Transitions that the buffer for a few rows holds at first."""
 
 
 class Expander:
@@ -65,10 +67,10 @@ class Expander:
             odometer=np.zeros(participants, dtype=np.int64),
         )
 
-    @property
-    def care(self) -> int:
-        """What is looked after, of ``MAY_REPEAT`` and ``MAY_BRANCH``."""
-        return self._care
+    @classmethod
+    def for_rows(cls, packed: PackedNetwork, stride: int, rows: int) -> Expander:
+        """One that shows events and rules, for so many rows."""
+        return cls(packed, stride, detail=True, capacity=min(CAPACITY, SMALL_CAPACITY + 8 * rows))
 
     @property
     def count(self) -> int:
@@ -116,6 +118,11 @@ class Expander:
 
     def enlarge(self) -> None:
         """Make the buffers twice as large; what is in them is lost."""
-        branching = self.scratch.branching
-        self._take_room(2 * self.capacity)
-        self.scratch = self.scratch._replace(branching=branching)
+        self.reserve(2 * self.capacity)
+
+    def reserve(self, capacity: int) -> None:
+        """Have room for at least so many transitions; what is in the buffers is lost."""
+        if capacity > self.capacity:
+            branching = self.scratch.branching
+            self._take_room(capacity)
+            self.scratch = self.scratch._replace(branching=branching)

@@ -126,7 +126,8 @@ class Effect:
         format_mask, format_value: the bits of the format, and what they must be.
         keep: bits that stay as they are.
         set: bits that are set.
-        moving: the participants (positions in the group's slots) whose targets count; the others are cleared.
+        moving: the participants (positions in the group's slots) whose targets count; the switch says what becomes of
+            the others.
     """
 
     format_mask: list[int]
@@ -143,19 +144,19 @@ def effect_of(group: RuleGroup, layout: Layout) -> Effect:
     field = layout.format
     effect.format_mask[field.word] |= field.mask
     effect.format_value[field.word] |= group.format << field.shift
-    cleared: tuple[int, ...] = ()
+    replaced: set[int] = set()
     if group.switch is not None:
-        cleared = group.switch.cleared
+        replaced = {*group.switch.cleared, *(slot for slot, _ in group.switch.started)}
         effect.keep[field.word] &= ~field.mask
         effect.set[field.word] |= group.switch.format << field.shift
-        for slot in cleared:
+        for slot in group.switch.cleared:
             effect.keep[layout.slots[slot].word] &= ~layout.slots[slot].mask
         for slot, state in group.switch.started:
             effect.keep[layout.slots[slot].word] &= ~layout.slots[slot].mask
             effect.set[layout.slots[slot].word] |= state << layout.slots[slot].shift
     for i, slot in enumerate(group.slots):
         effect.keep[layout.slots[slot].word] &= ~layout.slots[slot].mask
-        if slot not in cleared:
+        if slot not in replaced:
             effect.moving.append(i)
     return effect
 

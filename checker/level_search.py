@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 
 from checker import jit
-from checker.expansion import CAPACITY, Expander
+from checker.expansion import CAPACITY, SMALL_CAPACITY, Expander
 from checker.kernel_tables import Index, UInt8Array
 from checker.lts import Int64Array
 from checker.packed import PackedNetwork
@@ -97,7 +97,7 @@ class LevelSearch:
         self._notify = notify
         self._may_compile = compiled is None
         self._kernels = jit.kernels(jit.is_loaded() if compiled is None else compiled)
-        self._worker = Worker(packed, pairs, capacity=CAPACITY if self._kernels.compiled else 1024)
+        self._worker = Worker(packed, pairs, capacity=SMALL_CAPACITY)
         self._workers = workers
         self._crew: Crew | None = None
         self._level_bytes = 0
@@ -274,12 +274,14 @@ class LevelSearch:
         if self._may_compile and not self._kernels.compiled:
             if jit.is_loaded() or self._all_transitions() > INTERPRETED_TRANSITIONS:
                 self._kernels = jit.kernels(True, self._notify)
+        if self._kernels.compiled and self._worker.transitions > SMALL_CAPACITY:
+            self._worker.expander.reserve(CAPACITY)
 
     def _has_tau_cycle(self, start: int) -> bool:
         """Whether taus go round among the rows of the level that starts at *start*."""
         kernels, visited = self._kernels, self.visited
-        made = Expander(self.packed, visited.stride, detail=self.pairs is not None)
         size = visited.known - start
+        made = Expander.for_rows(self.packed, visited.stride, size)
         arrivals = np.zeros(size, dtype=np.int32)
         numbers = np.zeros(made.capacity, dtype=np.int64)
         most = CAPACITY if kernels.compiled else INTERPRETED_ROWS

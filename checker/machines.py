@@ -12,12 +12,13 @@ from collections.abc import Callable, Hashable
 from typing import Any, Literal
 
 from checker.budget import Budget, Incomplete, coverage
-from checker.composition import Compiler, LimitReached
+from checker.composition import MOST_TERMS, Compiler, LimitReached
+from checker.lazy_specification import LazySpecification
 from checker.lts import Lts
 from checker.normal_form import NormalForm, Semantics
 from checker.normalisation import Normaliser, is_deterministic, normalise
 from checker.packed import PackedNetwork, pack
-from checker.pair_search import PairExploration, explore_pairs
+from checker.pair_search import LazyNormalForm, PairExploration, explore_pairs
 from checker.search import Exploration, Progress, explore
 from cspm.process import Process
 
@@ -76,7 +77,7 @@ class Machines:
             try:
                 found = pack(self._compiler.network(process, budget.limits, poll))
             except LimitReached as reached:
-                raise Incomplete(reached.diagnostic.message, reached.states) from None
+                raise Incomplete(budget.too_many_terms(reached), reached.states) from None
             self._keep(key, found, 0)
         return found
 
@@ -129,23 +130,50 @@ class Machines:
             if not exploration.complete:
                 raise Incomplete(
                     f"{budget.reached(exploration)}{part}: {coverage(exploration)}",
-                    int(exploration.levels[-1]),
+                    exploration.levels[-1],
+                    exploration.transitions,
+                )
+            needed = 8 * (exploration.levels[-1] + 1) + 16 * exploration.transitions
+            memory = budget.limits.memory_bytes
+            if memory is not None and needed > memory:
+                raise Incomplete(
+                    f"{budget.memory_reached()}{part}: its {exploration.levels[-1]:,} states take {needed:,} bytes",
+                    exploration.levels[-1],
                     exploration.transitions,
                 )
             found = exploration.to_lts()
-            self._keep(key, found, found.offsets.nbytes + found.labels.nbytes + found.targets.nbytes)
+            self._keep(key, found, needed)
+        budget.used(found.offsets.nbytes + found.labels.nbytes + found.targets.nbytes)
         return found
 
-    def normal_form(self, process: Process, model: Semantics, budget: Budget) -> NormalForm | Normaliser:
-        """The normal form of a process: whole where that is cheap, else one that grows as it is used.
+    def specification(
+        self, process: Process, model: Semantics, implementation: Process, budget: Budget
+    ) -> NormalForm | LazyNormalForm:
+        """The normal form of a process: whole where that is cheap, else one that grows as a search reaches it.
+
+        Args:
+            process: the specification.
+            model: what it is to be compared in.
+            implementation: what it is to be compared with, which matters where the specification is too large to be
+                explored by itself.
+            budget: what may be used.
 
         Raises:
-            Incomplete: a limit was reached.
+            Incomplete: there was no time to explore the specification.
         """
         key = ("normal form", process, model)
         found: NormalForm | Normaliser | None = self._find(key)
         if found is None:
-            lts = self.lts(process, budget, " in the specification")
+            try:
+                lts = self.lts(process, budget, " in the specification")
+            except Incomplete as incomplete:
+                if budget.is_over():
+                    raise
+                alphabet = self.packed(implementation, budget).events[1:]
+                most = MOST_TERMS if budget.limits.states is None else budget.limits.states
+                return LazySpecification(
+                    process, model, alphabet, most, incomplete, lambda: budget.check_time("exploring the specification")
+                )
             if is_deterministic(lts):
                 found = normalise(lts, model, minimise=not self.full)
             elif self.full:
@@ -153,12 +181,23 @@ class Machines:
             else:
                 found = _whole_or_lazy(lts, model, budget)
             self._keep(key, found, _size(found))
+        budget.used(_size(found))
         return found
 
     def pairs(
-        self, specification: NormalForm | Normaliser, process: Process, model: Semantics, budget: Budget, *, full: bool
+        self,
+        specification: NormalForm | LazyNormalForm,
+        process: Process,
+        model: Semantics,
+        budget: Budget,
+        *,
+        full: bool,
     ) -> PairExploration:
-        """The reachable pairs of a specification's node and a state of *process*. Not kept."""
+        """The reachable pairs of a specification's node and a state of *process*. Not kept.
+
+        Raises:
+            Incomplete: a lazy specification ran into a limit.
+        """
         found = explore_pairs(
             self.packed(process, budget),
             specification,
@@ -169,7 +208,7 @@ class Machines:
             progress=self._progress,
             notify=self._notify,
         )
-        budget.used(found.peak_memory_bytes)
+        budget.used(found.peak_memory_bytes + _size(specification))
         return found
 
     def _find(self, key: Hashable) -> Any:
@@ -207,7 +246,9 @@ def _whole_or_lazy(lts: Lts, model: Semantics, budget: Budget) -> NormalForm | N
         return Normaliser(lts, model)
 
 
-def _size(normal_form: NormalForm | Normaliser) -> int:
-    if isinstance(normal_form, NormalForm):
-        return normal_form.offsets.nbytes + normal_form.columns.nbytes + normal_form.targets.nbytes
-    return normal_form.nbytes
+def _size(specification: NormalForm | LazyNormalForm) -> int:
+    """About how many bytes a normal form takes; of one that grows in terms nobody knows."""
+    if isinstance(specification, NormalForm):
+        arrays = (specification.offsets, specification.columns, specification.targets, specification.acceptance_set)
+        return sum(array.nbytes for array in arrays)
+    return specification.nbytes if isinstance(specification, Normaliser) else 0

@@ -32,18 +32,12 @@ import numpy.typing as npt
 from checker.lts import Int64Array
 
 Int32Array = npt.NDArray[np.int32]
-Uint64Array = npt.NDArray[np.uint64]
 BoolArray = npt.NDArray[np.bool_]
 
 Semantics = Literal["T", "F", "FD"]
 """The models that a normal form is made for."""
 FailuresModel = Literal["F", "FD"]
 """Those of them that know of refusals."""
-
-NOT_ALLOWED = -1
-"""In a dense transition table: the specification cannot perform the event there."""
-UNKNOWN = -2
-"""In a dense transition table: the node has not been extended yet (lazy normal forms only)."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -56,7 +50,8 @@ class NormalForm:
         offsets: shape (nodes + 1,): the transitions of node ``n`` are the slice ``offsets[n]:offsets[n + 1]``.
         columns: shape (transitions,): positions in ``events``, ascending within a node, each at most once.
         targets: shape (transitions,): nodes.
-        divergent: shape (nodes,): the nodes that allow everything (FD only; without transitions).
+        divergent: shape (nodes,): the nodes that allow everything; they have no transitions. In FD those after which
+            the specification can diverge; in every model those of which nothing is known.
         acceptance_set: shape (nodes,): which set of minimal acceptances the node has.
         acceptance_sets: for each set its acceptances, each the ascending positions in ``events``; in the order
             of size and then of events. Empty for a divergent node.
@@ -119,48 +114,3 @@ class NormalForm:
             if node is None:
                 return None
         return node
-
-    def dense(self, events: Int64Array) -> Int32Array:
-        """The transitions as a table of shape (nodes, len(events)) with the columns in the order of *events*.
-
-        ``NOT_ALLOWED`` where the specification cannot perform the event; events of the specification that
-        *events* lacks are left out.
-        """
-        table = np.full((self.nodes, len(events)), NOT_ALLOWED, dtype=np.int32)
-        where = self._positions(events)[self.columns]
-        sources = np.repeat(np.arange(self.nodes), np.diff(self.offsets))
-        kept = where >= 0
-        table[sources[kept], where[kept]] = self.targets[kept]
-        return table
-
-    def bitsets(self, events: Int64Array) -> tuple[Int64Array, Uint64Array]:
-        """The sets of acceptances as bitsets over *events*: bit ``i % 64`` of word ``i // 64`` is ``events[i]``.
-
-        An acceptance with an event that *events* lacks is left out: no state whose events are all in *events*
-        can satisfy it.
-
-        Returns:
-            ``(set_offsets, words)``: the acceptances of set ``k`` are the rows ``set_offsets[k]:set_offsets[k + 1]``
-            of ``words``, an array of shape (acceptances, words) with at least one word a row.
-        """
-        position = self._positions(events).tolist()
-        width = max(1, -(-len(events) // 64))
-        offsets = [0]
-        rows: list[list[int]] = []
-        for acceptances in self.acceptance_sets:
-            for acceptance in acceptances:
-                places = [position[column] for column in acceptance]
-                if any(place < 0 for place in places):
-                    continue
-                row = [0] * width
-                for place in places:
-                    row[place // 64] |= 1 << (place % 64)
-                rows.append(row)
-            offsets.append(len(rows))
-        words = np.array(rows, dtype=np.uint64).reshape(len(rows), width)
-        return np.array(offsets, dtype=np.int64), words
-
-    def _positions(self, events: Int64Array) -> Int64Array:
-        """For each column its position in *events*, or -1."""
-        place = {event: i for i, event in enumerate(events.tolist())}
-        return np.array([place.get(event, -1) for event in self.events.tolist()], dtype=np.int64)

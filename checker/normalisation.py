@@ -21,6 +21,10 @@ from cspm.events import TAU, TICK
 
 BoolArray = npt.NDArray[np.bool_]
 
+Acceptance = tuple[int, ...]
+"""The events of an acceptance as ascending columns."""
+AcceptanceSet = tuple[Acceptance, ...]
+
 MINIMISATION_WORK = 20_000_000
 """Transitions that the minimisation of a normal form may look at, all rounds together, before it is given up."""
 
@@ -101,42 +105,37 @@ class StateAcceptances:
         self.number[unstable & ~ticking] = -1
 
 
+def minimal(acceptances: Iterable[Acceptance]) -> AcceptanceSet:
+    """Those of some acceptances that contain no other, in the order of size and then of events."""
+    kept: list[Acceptance] = []
+    masks: list[int] = []
+    for acceptance in sorted(set(acceptances), key=lambda acceptance: (len(acceptance), acceptance)):
+        mask = sum(1 << column for column in acceptance)
+        if not any(smaller & mask == smaller for smaller in masks):
+            kept.append(acceptance)
+            masks.append(mask)
+    return tuple(kept)
+
+
 class AcceptanceSets:
-    """Sets of minimal acceptances, each kept once."""
+    """Sets of minimal acceptances, numbered as they are met.
 
-    __slots__ = ("_acceptances", "_by_members", "_masks", "_numbers", "sets")
+    Attributes:
+        sets: the sets.
+    """
 
-    def __init__(self, acceptances: list[tuple[int, ...]]) -> None:
-        self._acceptances = acceptances
-        self._masks = [sum(1 << column for column in acceptance) for acceptance in acceptances]
-        self._by_members: dict[frozenset[int], int] = {}
-        self._numbers: dict[tuple[tuple[int, ...], ...], int] = {}
-        self.sets: list[tuple[tuple[int, ...], ...]] = []
+    __slots__ = ("_numbers", "sets")
 
-    def of(self, members: Iterable[int]) -> int:
-        """The number of the set of the minimal ones among the acceptances with the given numbers."""
-        key = frozenset(members)
-        number = self._by_members.get(key)
-        if number is None:
-            number = self.number(tuple(self._minimal(key)))
-            self._by_members[key] = number
-        return number
+    def __init__(self) -> None:
+        self._numbers: dict[AcceptanceSet, int] = {}
+        self.sets: list[AcceptanceSet] = []
 
-    def number(self, minimal: tuple[tuple[int, ...], ...]) -> int:
-        """The number of a set that is known to be minimal and in order."""
-        number = self._numbers.setdefault(minimal, len(self.sets))
+    def number(self, acceptances: AcceptanceSet) -> int:
+        """The number of a set that is minimal and in order."""
+        number = self._numbers.setdefault(acceptances, len(self.sets))
         if number == len(self.sets):
-            self.sets.append(minimal)
+            self.sets.append(acceptances)
         return number
-
-    def _minimal(self, members: frozenset[int]) -> list[tuple[int, ...]]:
-        in_order = sorted(members, key=lambda m: (len(self._acceptances[m]), self._acceptances[m]))
-        kept: list[int] = []
-        for member in in_order:
-            mask = self._masks[member]
-            if not any(self._masks[smaller] & mask == self._masks[smaller] for smaller in kept):
-                kept.append(member)
-        return [self._acceptances[member] for member in kept]
 
 
 class Normaliser:
@@ -160,13 +159,14 @@ class Normaliser:
         self._visible = np.ascontiguousarray(visible).data
         self._columns = np.ascontiguousarray(columns).data
         self._targets = np.ascontiguousarray(lts.targets).data
+        self._sets = AcceptanceSets()
+        self._set_of: dict[frozenset[int], int] = {}
+        self._acceptances: list[Acceptance] = [()]
         self._acceptance: memoryview | None = None
         self._divergent: memoryview | None = None
-        if model == "T":
-            self._sets = AcceptanceSets([()])
-        else:
+        if model != "T":
             accepting = StateAcceptances(lts, columns)
-            self._sets = AcceptanceSets(accepting.acceptances)
+            self._acceptances = accepting.acceptances
             self._acceptance = accepting.number.data
             matters |= accepting.number >= 0
         if model == "FD":
@@ -191,7 +191,7 @@ class Normaliser:
         return sum(a.nbytes for a in arrays) + sum(len(key) for key in self._members if key is not None)
 
     @property
-    def acceptance_sets(self) -> list[tuple[tuple[int, ...], ...]]:
+    def acceptance_sets(self) -> list[AcceptanceSet]:
         """The sets that :meth:`acceptance_set` has numbered so far; see :class:`NormalForm`."""
         return self._sets.sets
 
@@ -213,10 +213,13 @@ class Normaliser:
         if self.is_divergent(node):
             return self._sets.number(())
         if self._acceptance is None:
-            return self._sets.of((0,))
-        numbers = {self._acceptance[state] for state in self.members(node)}
-        numbers.discard(-1)
-        return self._sets.of(numbers)
+            return self._sets.number(((),))
+        numbers = frozenset({self._acceptance[state] for state in self.members(node)} - {-1})
+        number = self._set_of.get(numbers)
+        if number is None:
+            acceptances = minimal(self._acceptances[acceptance] for acceptance in numbers)
+            number = self._set_of[numbers] = self._sets.number(acceptances)
+        return number
 
     def allowed(self, node: int) -> tuple[int, ...]:
         """The events that the specification can perform at *node*, as identifiers, ascending."""
@@ -303,7 +306,7 @@ def _own_normal_form(lts: Lts, model: Semantics) -> NormalForm:
     columns = np.searchsorted(events, lts.labels)
     if model == "T":
         acceptance_set = np.zeros(lts.states, dtype=np.int32)
-        sets: list[tuple[tuple[int, ...], ...]] = [((),)]
+        sets: list[AcceptanceSet] = [((),)]
     else:
         accepting = StateAcceptances(lts, columns)
         acceptance_set = accepting.number.astype(np.int32)

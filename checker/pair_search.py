@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from checker.expansion import CAPACITY, Expander
+from checker.expansion import Expander
 from checker.kernels_pairs import REFUSAL
 from checker.level_search import LevelSearch, Progress
 from checker.lts import Int64Array
@@ -97,7 +97,7 @@ class PairExploration(Exploration):
         kernels = kernels_for(size)
         moved = np.zeros(size, dtype=np.uint8)
         moved[transitions_of(self.packed, self.pairs, rows, [self.packed.tau]).sources] = 1
-        made = Expander(self.packed, self.pairs.stride, detail=True, capacity=CAPACITY if kernels.compiled else 1024)
+        made = Expander.for_rows(self.packed, self.pairs.stride, size)
         verdicts = np.zeros(size, dtype=np.uint8)
         offered = np.full_like(self.pairs.guide.offered, -1)
         guide = self.pairs.guide._replace(offered=offered)

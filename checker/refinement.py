@@ -13,8 +13,7 @@ import numpy as np
 from checker.behaviour import Behaviour, diverging, visible
 from checker.context import Context, reached
 from checker.normal_form import NormalForm, Semantics
-from checker.normalisation import Normaliser
-from checker.pair_search import PairExploration, Violation
+from checker.pair_search import LazyNormalForm, PairExploration, Violation
 from checker.paths import Step, shortest_path
 from checker.replay import ReplayFailure, can_perform, offer, states_after
 from checker.verdict import Counterexample, Outcome, Verdict
@@ -32,10 +31,10 @@ def refines(context: Context, specification: Process, model: Semantics, implemen
     event that is not allowed is shown rather than a refusal, and a refusal rather than a divergence.
 
     Raises:
-        Incomplete: the specification could not be explored to its end.
+        Incomplete: the specification could not be explored as far as the implementation follows it.
     """
     budget = context.budget
-    normal_form = context.machines.normal_form(specification, model, budget)
+    normal_form = context.machines.specification(specification, model, implementation, budget)
     pairs = context.machines.pairs(normal_form, implementation, model, budget, full=context.machines.full)
     if pairs.violation_level is None:
         return context.not_found(pairs, "violation")
@@ -69,7 +68,7 @@ def _rank(violation: Violation) -> int:
 def _explained(
     context: Context,
     specification: Process,
-    normal_form: NormalForm | Normaliser,
+    normal_form: NormalForm | LazyNormalForm,
     implementation: Process,
     pairs: PairExploration,
     path: tuple[Step, ...],

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from checker import jit
-from checker.expansion import CAPACITY, Expander
+from checker.expansion import Expander
 from checker.jit import Kernels
 from checker.kernel_tables import Index
 from checker.lts import Int64Array
@@ -66,7 +66,7 @@ def transitions_of(
     size = len(rows) // stride
     kernels = kernels_for(size)
     rows = np.ascontiguousarray(rows)
-    made = Expander(packed, stride, detail=True, capacity=CAPACITY if kernels.compiled else 1024)
+    made = Expander.for_rows(packed, stride, size)
     parts: list[tuple[Int64Array, Int64Array, Int64Array, Int64Array]] = []
     for index in (packed.tau, packed.visible) if indexes is None else indexes:
         first = 0

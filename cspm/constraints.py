@@ -44,6 +44,7 @@ from cspm.types import (
     implied,
     parts,
     resolve,
+    subtypes,
 )
 
 
@@ -163,14 +164,7 @@ def lacks_equality(type_: Type) -> Type | None:
 
     Looks only; datatypes whose own answer is not known yet count as comparable.
     """
-    waiting = [type_]
-    while waiting:
-        head = resolve(waiting.pop())
-        if head is PROC or type(head) is Function:
-            return head
-        if type(head) is Datatype:
-            if head.comparable is False:
-                return head
-        else:
-            waiting.extend(reversed(components(head)))
+    for part in subtypes(type_):
+        if part is PROC or type(part) is Function or (type(part) is Datatype and part.comparable is False):
+            return part
     return None

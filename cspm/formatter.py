@@ -10,7 +10,7 @@ script changes nothing.
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from difflib import SequenceMatcher
 from typing import Final, Literal
@@ -54,25 +54,33 @@ class _Hints:
     """What the lines of the source say about the layout."""
 
     def __init__(self, source: Source, tokens: Tokens) -> None:
-        self._source = source
-        self._comments = [start for start, _ in tokens.comments]
-        self._line_comments = [source.text.startswith("--", start) for start in self._comments]
+        self._text = source.text
+        self._starts, self._ends = tokens.starts, tokens.ends
+        self._comments = tokens.comments
 
     def broken(self, first: s.Node, second: s.Node, *, by_comment: bool = False) -> bool:
-        """Whether a line ends between two nodes; with *by_comment*, whether a comment goes to its end there."""
+        """Whether a line ends between two nodes.
+
+        With *by_comment*, whether a comment directly before the second needs lines of its own, or ends its line.
+        """
         start, end = first.span.end, second.span.start
         if not by_comment:
-            return "\n" in self._source.text[start:end]
-        place = bisect_left(self._comments, start)
-        while place < len(self._comments) and self._comments[place] < end:
-            if self._line_comments[place] or self._own_line(self._comments[place]):
+            return "\n" in self._text[start:end]
+        start = self._ends[bisect_left(self._starts, end) - 1]
+        place = bisect_left(self._comments, (start, 0))
+        while place < len(self._comments) and self._comments[place][0] < end:
+            if self._ends_line(*self._comments[place]):
                 return True
             place += 1
         return False
 
-    def _own_line(self, offset: int) -> bool:
-        text = self._source.text
-        return not text[text.rfind("\n", 0, offset) + 1 : offset].strip()
+    def _ends_line(self, start: int, end: int) -> bool:
+        text = self._text
+        if text.startswith("--", start):
+            return True
+        before = text[text.rfind("\n", 0, start) + 1 : start]
+        behind = text[end:].split("\n", 1)[0]
+        return not before.strip() and not behind.strip()
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,12 +88,13 @@ class _Comment:
     """A comment with its surroundings.
 
     ``place`` is "behind" another thing on its line, "before" the next token on its line, "within" a line if both
-    hold, or "alone". ``apart`` tells whether a blank line stands before it.
+    hold, or "alone". ``apart`` tells whether a blank line stands before it, ``column`` where it stands on its line.
     """
 
     text: str
     place: Literal["behind", "before", "within", "alone"]
     apart: bool
+    column: int
 
     @property
     def to_line_end(self) -> bool:
@@ -97,7 +106,7 @@ def _weave(tokens: Tokens, laid_out: str) -> str:
     made = tokenise(Source("<formatted>", laid_out))
     source_tokens, made_tokens = _Row(tokens), _Row(made)
     gaps = _aligned(source_tokens, made_tokens)
-    out: list[str] = []
+    out = _Text()
     end = 0
     for place in range(len(made_tokens.kinds)):
         start = made_tokens.starts[place]
@@ -105,44 +114,83 @@ def _weave(tokens: Tokens, laid_out: str) -> str:
         taken = gaps.get(place, [])
         comments = [c for gap in taken for c in source_tokens.comments(gap)]
         apart = any(source_tokens.ends_apart(gap) for gap in taken)
-        out.append(_gap(blank, comments, apart, made_tokens, place))
+        for part, comment in _gap(blank, comments, apart, made_tokens, place):
+            out.add(part, comment)
         end = made_tokens.ends[place]
-        out.append(laid_out[start:end])
-    text = "".join(out).rstrip()
-    return text + "\n" if text else ""
+        out.add(laid_out[start:end])
+    return out.finished()
 
 
-def _gap(blank: str, comments: Sequence[_Comment], apart: bool, made: _Row, place: int) -> str:
-    """What stands between two tokens, where the layout has *blank*."""
+class _Text:
+    """A text that is written piece by piece, with comments at the ends of lines."""
+
+    def __init__(self) -> None:
+        self._lines: list[list[str]] = [[]]
+        self._endings: dict[int, tuple[int, str]] = {}  # the comment that ends a line, with its column in the source
+
+    def add(self, part: str, comment: _Comment | None = None) -> None:
+        """Write a piece of text; *comment* is what it is if it goes to the end of its line, behind something."""
+        if comment is not None:
+            self._endings[len(self._lines) - 1] = (comment.column, part)
+            return
+        first, *others = part.split("\n")
+        self._lines[-1].append(first)
+        self._lines.extend([other] for other in others)
+
+    def finished(self) -> str:
+        """The text. Comments at the ends of neighbouring lines that the source has in one column get one column."""
+        lines = ["".join(line).rstrip() for line in self._lines]
+        number = 0
+        while number < len(lines):
+            run = number
+            while run in self._endings and self._endings[run][0] == self._endings[number][0]:
+                run += 1
+            column = max((len(lines[n]) for n in range(number, run)), default=0)
+            for n in range(number, run):
+                lines[n] = f"{lines[n]:{column}}  {self._endings[n][1]}"
+            number = max(run, number + 1)
+        text = "\n".join(lines).rstrip()
+        return text + "\n" if text else ""
+
+
+def _gap(
+    blank: str, comments: Sequence[_Comment], apart: bool, made: _Row, place: int
+) -> Iterator[tuple[str, _Comment | None]]:
+    """The pieces that stand between two tokens, where the layout has *blank*; comments that end lines are marked."""
     first = place == 0
     last = made.kinds[place] == "$END"
     separates = made.separated[place]
     if not comments:
-        return "\n" + blank if apart and separates and not first else blank
+        yield "\n" + blank if apart and separates and not first else blank, None
+        return
     broken = "\n" in blank or last
     indent = blank.rsplit("\n", 1)[-1] if "\n" in blank else "" if first or last else " " * (made.indent(place) + STEP)
     inner = indent + "  " if made.kinds[place] in _CLOSERS and broken and not last else indent
-    parts: list[str] = []
     at_start = first  # nothing stands on the line yet, and nothing above it
     line_over = False  # a line break must come before anything else
+    with_next = first  # the line is that of the next token, and holds nothing but comments
     for comment in comments:
-        if comment.place == "alone" or line_over or (comment.place in ("before", "within") and broken and not first):
+        ending = None
+        moves = comment.place in ("before", "within") and broken and not with_next
+        if comment.place == "alone" or line_over or moves:
+            with_next = comment.place in ("before", "within")
             if not at_start:
-                parts.append("\n\n" if comment.apart and separates else "\n")
-            parts.append(inner if comment.place == "alone" or not broken else indent)
+                yield "\n\n" if comment.apart and separates else "\n", None
+            yield inner if comment.place == "alone" or not broken else indent, None
         elif not at_start:
-            parts.append("  " if comment.to_line_end else " ")
-        parts.append(comment.text)
+            if comment.to_line_end:
+                ending = comment
+            else:
+                yield " ", None
+        yield comment.text, ending
         at_start = False
         line_over = comment.to_line_end or comment.place == "alone" or (comment.place == "behind" and broken)
     if last:
-        return "".join(parts)
+        return
     if line_over:
-        parts.append("\n\n" if apart and separates else "\n")
-        parts.append(indent)
+        yield ("\n\n" if apart and separates else "\n") + indent, None
     elif blank or made.kinds[place] not in _CLOSERS:
-        parts.append(" ")
-    return "".join(parts)
+        yield " ", None
 
 
 class _Row:
@@ -187,7 +235,8 @@ class _Row:
             ahead = "\n" not in self.text[end:after] and after < len(self.text)
             place: Literal["behind", "before", "within", "alone"]
             place = ("within" if ahead else "behind") if behind else ("before" if ahead else "alone")
-            found.append(_Comment(text.rstrip(), place, lines_before > 1))
+            column = start - self.text.rfind("\n", 0, start)
+            found.append(_Comment(text.rstrip(), place, lines_before > 1, column))
             before = end
         return found
 

@@ -324,7 +324,9 @@ class _Situation:
         if self.unfinished[0] != self.open_bracket and self.previous in OPERAND_ENDS:
             return self._unfinished_construct(self.unfinished[0], self.index)
         if self.previous == "(" and self.kind == ")":
-            return messages.empty_brackets(self.source.span(self.tokens.starts[self.index - 1], span.end))
+            both = self.source.span(self.tokens.starts[self.index - 1], span.end)
+            called = self.index > 1 and self.tokens.kinds[self.index - 2] in ("NAME", "QUALIFIED")
+            return messages.empty_module_brackets(both) if called else messages.empty_brackets(both)
         return None
 
     def _replicated_around(self) -> bool:

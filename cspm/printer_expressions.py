@@ -137,6 +137,7 @@ class Expressions:
         )
 
     def _range(self, opening: str, closing: str, node: s.SetRange | s.SequenceRange, inside: Place) -> Printing:
+        inside = replace(inside, tight=True)
         low = yield node.low, inside
         parts = [low, ".."]
         if node.high is not None:
@@ -286,13 +287,14 @@ class Expressions:
         # One step to a line if the source has it so, else as many as fit.
         column = len(edges) > 1 and all(self._broken(*edge) for edge in edges)
         parts: list[Doc] = []
+        hanging: Doc = ""
         for chunk, edge in zip([*chunks[1:], last], edges, strict=True):
             broken = column or self._broken(*edge, by_comment=True)
             if chunk is last and isinstance(step, s.Paren) and not broken:
-                parts.append(cat(" ", chunk))
+                hanging = cat(" ", chunk)
             else:
                 parts.append(group(LINE, chunk, broken=broken))
-        doc = cat(chunks[0], nest(cat(*parts)))
+        doc = cat(chunks[0], nest(cat(*parts)), hanging)
         return bracketed(doc) if brackets else doc
 
     def _print_field(self, node: s.Field, place: Place) -> Printing:
@@ -342,7 +344,9 @@ class Expressions:
             follow = inside.follow if operation is node else level
             allowed = STEP if hiding else level - 1
             operand = yield right, replace(inside, level=allowed, follow=follow, begins_row=False)
-            parts += [LINE, operator, " ", nest(operand, min(width(operator) + 1, 4))]
+            # What is in brackets hangs on them, else lines go on under the operand.
+            hanging = 0 if isinstance(right, s.Paren) else min(width(operator) + 1, 4)
+            parts += [LINE, operator, " ", nest(operand, hanging)]
             broken = broken or self._broken(before, right)
             before = right
         doc = group(*parts, broken=broken)

@@ -110,7 +110,7 @@ class Script:
         return expression, self._frames.get(id(expression), self._top)
 
     def assertion(self, text: str) -> Assertion:
-        """An assertion written against the script, with or without the word ``assert``."""
+        """An assertion written against the script."""
         node = parse_assertion(text)
         resolve_more(self.names, node)
         if self.types is not None:
@@ -122,22 +122,22 @@ class Script:
     def process(self, expression: syntax.Expr | str) -> Process:
         """The process that *expression* is: a node of an assertion of this script, or a text."""
         node, frame = self._tied(expression)
-        return self._evaluator.run(lambda: self._evaluator.process(node, frame)(()))
+        return self._evaluator.run(lambda: self._evaluator.process(node, frame)(()), node.span)
 
     def event_set(self, expression: syntax.Expr | str) -> EventSet:
         """The events in the set that *expression* is."""
         node, frame = self._tied(expression)
-        return self._evaluator.run(lambda: self._evaluator.events(node, frame)(()))
+        return self._evaluator.run(lambda: self._evaluator.events(node, frame)(()), node.span)
 
     def trace(self, expression: syntax.Expr | str) -> tuple[int, ...]:
         """The events, in order, of the sequence that *expression* is."""
         node, frame = self._tied(expression)
-        return self._evaluator.run(lambda: self._evaluator.trace(node, frame)(()))
+        return self._evaluator.run(lambda: self._evaluator.trace(node, frame)(()), node.span)
 
     def boolean(self, expression: syntax.Expr | str) -> bool:
         """The truth value that *expression* has."""
         node, frame = self._tied(expression)
-        return self._evaluator.run(lambda: self._evaluator.condition(node, frame)(()))
+        return self._evaluator.run(lambda: self._evaluator.condition(node, frame)(()), node.span)
 
     def evaluate(self, text: str) -> Any:
         """The value of an expression as a Python value.
@@ -150,7 +150,7 @@ class Script:
             ScriptError: also for infinite sets and sequences.
         """
         node, frame = self._tied(text)
-        return self._evaluator.run(lambda: self._plain(deep(self._evaluator.value(node, frame)(()))))
+        return self._evaluator.run(lambda: self._plain(deep(self._evaluator.value(node, frame)(()))), node.span)
 
     def show(self, text: str) -> str:
         """The value of an expression as the language writes it."""
@@ -162,7 +162,7 @@ class Script:
             value = self._evaluator.value(node, frame)(())
             return describe(value, self.events) if isinstance(value, Process) else show(value)
 
-        return self._evaluator.run(work)
+        return self._evaluator.run(work, node.span)
 
     def _plain(self, value: Any, *, inside_set: bool = False) -> Any:
         match value:

@@ -311,17 +311,26 @@ def components(type_: Type) -> tuple[Type, ...]:
     return ()
 
 
-def free_variables(*types: Type) -> list[Variable]:
-    """The unbound variables that occur in *types*, each once, in the order of their first occurrence."""
-    found: dict[Variable, None] = {}
+def subtypes(*types: Type) -> Iterator[Type]:
+    """All parts of *types*, themselves included, resolved, left to right, outer ones first.
+
+    A part that is shared comes once: types of exponential size are small graphs.
+    """
+    seen: dict[int, Type] = {}  # keeps its values alive, so that an identity means one part only
     waiting = list(reversed(types))
     while waiting:
-        head = resolve(waiting.pop())
-        if type(head) is Variable:
-            found[head] = None
-        else:
-            waiting.extend(reversed(components(head)))
-    return list(found)
+        part = waiting.pop()
+        if id(part) in seen:
+            continue
+        seen[id(part)] = part
+        head = resolve(part)
+        yield head
+        waiting.extend(reversed(components(head)))
+
+
+def free_variables(*types: Type) -> list[Variable]:
+    """The unbound variables that occur in *types*, each once, in the order of their first occurrence."""
+    return list(dict.fromkeys([part for part in subtypes(*types) if type(part) is Variable]))
 
 
 def larger_than(type_: Type, limit: int) -> bool:
@@ -382,10 +391,15 @@ def rebuilt(head: Type, below: list[Type]) -> Type:
 # --- types as users write them -------------------------------------------------------------------------------
 
 
+LONGEST = 2_000
+"""Parts that one writer writes before it is content with dots."""
+
+
 class TypeWriter:
     """Writes types; the same variable has the same letter in everything that one writer writes."""
 
     def __init__(self, avoid: Sequence[str] = ()) -> None:
+        self._left = LONGEST
         self._names: dict[Type, str] = {}
         self._taken = set(avoid)
         self._letters = _letters()
@@ -404,6 +418,9 @@ class TypeWriter:
 
     def write(self, type_: Type) -> str:
         """*type_* in the syntax of annotations."""
+        self._left -= 1
+        if self._left < 0:
+            return "..."
         head = resolve(type_)
         match head:
             case Variable() | Rigid():
@@ -472,14 +489,7 @@ def show_scheme(scheme: Scheme) -> str:
 
 
 def _rigid_names(types: Sequence[Type]) -> list[str]:
-    names: list[str] = []
-    waiting = list(types)
-    while waiting:
-        head = resolve(waiting.pop())
-        if type(head) is Rigid:
-            names.append(head.name)
-        waiting.extend(components(head))
-    return names
+    return [part.name for part in subtypes(*types) if type(part) is Rigid]
 
 
 def _letters() -> Iterator[str]:

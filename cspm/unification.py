@@ -50,6 +50,7 @@ from cspm.types import (
     rebuilt,
     resolve,
     spread,
+    subtypes,
 )
 
 
@@ -93,7 +94,7 @@ class InfiniteType(Exception):
 TypeClash = (CannotUnify, InfiniteType, Unsatisfied, TooLarge)
 """Everything that unification raises."""
 
-MOST_STEPS = 5_000_000
+MOST_STEPS = 1_000_000
 """Steps that one group of definitions may take; types that double at each definition would take for ever."""
 
 
@@ -257,22 +258,17 @@ class Unifier:
 
     def _occurs(self, variable: Variable, type_: Type) -> bool:
         """Whether *variable* occurs in *type_*; lowers the levels of what occurs there to that of *variable*."""
-        waiting = [type_]
         level = variable.level
-        while waiting:
+        for head in subtypes(type_):
             self.step()
-            head = resolve(waiting.pop())
             if type(head) is Variable:
                 if head is variable:
                     return True
                 if head.level > level:
                     self.save(head)
                     head.level = level
-            elif type(head) is Rigid:
-                if head.level > level:
-                    raise CannotUnify(Clash.ESCAPES, variable, head)
-            else:
-                waiting.extend(components(head))
+            elif type(head) is Rigid and head.level > level:
+                raise CannotUnify(Clash.ESCAPES, variable, head)
         return False
 
     # --- dots ------------------------------------------------------------------------------------------------
@@ -426,6 +422,10 @@ class Unifier:
 
     def settle(self, type_: Type) -> Type:
         """*type_* with every dot in it that can be absorbed absorbed, by the longest match."""
+        return self._settle(type_, {})
+
+    def _settle(self, type_: Type, settled_before: dict[int, Type]) -> Type:
+        """Like :meth:`settle`; shared parts, by their identity, are settled once."""
         head = resolve(type_)
         if type(head) in (Variable, Atom, Datatype, Rigid, Dotable, Extendable):
             return head
@@ -433,13 +433,19 @@ class Unifier:
             items = parts(head)
             self._reduce(items, longest=True)
             return dotted(items)
+        before = settled_before.get(id(head))
+        if before is not None:
+            return before
         self.step()
         below = components(head)
-        settled = [self.settle(part) for part in below]
+        settled = [self._settle(part, settled_before) for part in below]
+        result = head
         for old, new in zip(below, settled, strict=True):
             if old is not new:
-                return rebuilt(head, settled)
-        return head
+                result = rebuilt(head, settled)
+                break
+        settled_before[id(head)] = result
+        return result
 
     def misfit(self, type_: Type) -> CannotUnify | None:
         """What is wrong with the fields of a dotted type, however long its open parts are. Binds nothing."""
@@ -541,13 +547,7 @@ class Unifier:
 
 
 def _has_dots(type_: Type) -> bool:
-    waiting = [type_]
-    while waiting:
-        head = resolve(waiting.pop())
-        if type(head) is Dot:
-            return True
-        waiting.extend(components(head))
-    return False
+    return any(type(part) is Dot for part in subtypes(type_))
 
 
 def _flatten_head(items: list[Type]) -> None:

@@ -36,12 +36,15 @@ class ProgressLine:
         live: bool,
         quiet: bool = False,
         clock: Callable[[], float] = time.monotonic,
+        poll: Callable[[], None] = lambda: None,
     ) -> None:
+        """*poll* is called with every progress and may raise, to end the search."""
         self._write = write
         self._style = style
         self._live = live
         self._quiet = quiet
         self._clock = clock
+        self._poll = poll
         self._what = ""
         self._start = self._next = 0.0
         self._shown = False
@@ -56,6 +59,7 @@ class ProgressLine:
 
     def progress(self, progress: Progress) -> None:
         """Show where the search is, if it is time to."""
+        self._poll()
         now = self._clock()
         if self._quiet or now < self._next:
             return

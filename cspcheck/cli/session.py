@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
+from cspcheck.cli.interrupt import Interrupts
 from cspcheck.cli.progress import ProgressLine
 from cspcheck.cli.streams import Remarks
 from cspcheck.failure import InternalErrors
@@ -39,11 +40,17 @@ class Session:
         self._patterns = patterns
         self._verbosity = verbosity
         self._remarks = Remarks()
+        self._interrupts = Interrupts()
         self._style = style_for(sys.stderr, color)
         self.progress = ProgressLine(
-            self._remarks.write, self._style, live=is_terminal(sys.stderr), quiet=verbosity < 0
+            self._remarks.write,
+            self._style,
+            live=is_terminal(sys.stderr),
+            quiet=verbosity < 0,
+            poll=self._interrupts.poll,
         )
         self.summary = Summary.empty()
+        self._start = time.perf_counter()
         self._codes: list[Exit] = []
         self._internal_errors = InternalErrors(sys.argv[1:], verbose=verbosity > 0)
 
@@ -102,16 +109,18 @@ class Session:
     def _each(self, targets: Iterable[Target | EmptyFolder], do: Callable[[Target], None]) -> bool:
         """Do something with each target; whether it was interrupted."""
         try:
-            for target in targets:
-                if isinstance(target, EmptyFolder):
-                    self.say([empty_folder(target.path)])
-                    continue
-                try:
-                    do(target)
-                except Exception as error:
-                    self._codes.append(Exit.INTERNAL)
-                    self.summary.add_broken_script()
-                    self.say([self._internal_errors.report(error, f"reading `{target.path}`")])
+            with self._interrupts:
+                for target in targets:
+                    self._interrupts.poll()
+                    if isinstance(target, EmptyFolder):
+                        self.say([empty_folder(target.path)])
+                        continue
+                    try:
+                        do(target)
+                    except Exception as error:
+                        self._codes.append(Exit.INTERNAL)
+                        self.summary.add_broken_script()
+                        self.say([self._internal_errors.report(error, f"reading `{target.path}`")])
         except KeyboardInterrupt:
             self.progress.erase()
             return True
@@ -135,6 +144,7 @@ class Session:
 
         checker = checker_for(script, self._settings, self.progress)
         for assertion in assertions:
+            self._interrupts.poll()
             self.progress.begin(assertion.text)
             try:
                 result = check(checker, assertion)
@@ -165,9 +175,6 @@ class Session:
                 self.say([nothing_selected([*places, *(p.text for p in self._patterns)], texts)])
 
     def _end(self, interrupted: bool) -> Exit:
-        self.summary.seconds = time.perf_counter() - _START
+        self.summary.seconds = time.perf_counter() - self._start
         self._report.end(self.summary, interrupted=interrupted)
         return Exit.INTERRUPTED if interrupted else worst(self._codes)
-
-
-_START = time.perf_counter()

@@ -115,8 +115,10 @@ class _Explanation:
         return [*rows[:_HEAD], f"  {note}", *rows[-_TAIL:]]
 
     def _actors(self, position: int) -> str:
-        """Who takes part in a step, with their own name of the event where it is another."""
+        """Who of several components takes part in a step, with their own name of the event where it is another."""
         counterexample = self.counterexample
+        if len(counterexample.components) == 1:
+            return ""
         shown = {counterexample.trace[position]}
         if counterexample.causes and (cause := counterexample.causes[position]) is not None:
             shown.add(cause)

@@ -54,7 +54,7 @@ class FullReport:
         lines = _below(result, self._style, self._verbosity)
         for line in lines:
             self._line(f"  {line}".rstrip())
-        self._gap = len(lines) > 1
+        self._gap = len(lines) > 1 and not result.diagnostics  # which follow on standard error
 
     def end(self, summary: Summary, *, interrupted: bool = False) -> None:
         """The summary line."""

@@ -40,6 +40,8 @@ T = TypeVar("T")
 Condition = Callable[[Env], bool]
 Compile = Callable[["Evaluator", Any, Frame], Any]
 
+F = TypeVar("F", bound=Compile)
+
 VALUES: dict[type[syntax.Node], Compile] = {}
 """How each form is compiled as a value."""
 PROCESSES: dict[type[syntax.Node], Compile] = {}
@@ -54,10 +56,10 @@ PROCESS_TYPES = frozenset(
 )
 
 
-def compiles(table: dict[type[syntax.Node], Compile], *kinds: type[syntax.Node]) -> Callable[[Compile], Compile]:
+def compiles(table: dict[type[syntax.Node], Compile], *kinds: type[syntax.Node]) -> Callable[[F], F]:
     """Register the decorated function in *table* for the forms *kinds*."""
 
-    def register(function: Compile) -> Compile:
+    def register(function: F) -> F:
         for kind in kinds:
             table[kind] = function
         return function
@@ -168,8 +170,10 @@ class Evaluator:
 
     # --- running --------------------------------------------------------------------------------------------
 
-    def run(self, work: Callable[[], T]) -> T:
+    def run(self, work: Callable[[], T], span: Span | None = None) -> T:
         """Do *work* with room for deep recursion; failures leave as script errors with the script's call stack.
+
+        *span* is the place of what has none.
 
         Raises:
             ScriptError: the evaluation failed.
@@ -182,10 +186,10 @@ class Evaluator:
         try:
             return work()
         except Failure as failure:
-            error = failure.finished()
+            error = failure.at(span).finished()
         except RecursionError as deep:
             deep.__traceback__ = None
-            error = ScriptError(messages.too_deep(None))
+            error = ScriptError(messages.too_deep(span))
         finally:
             self._active = False
             sys.setrecursionlimit(before)

@@ -16,10 +16,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Timing:
-    """A Timed section: its clock, and how long each event takes (None: one tock)."""
+    """A Timed section: its clock, and how long each event takes (None: one tock).
+
+    ``duration`` is code for the section's function; it needs the first ``size`` variables of any environment inside,
+    of which it ``mentions`` some.
+    """
 
     tock: ChannelHead
     duration: Code | None
+    size: int
+    mentions: frozenset[Symbol]
 
     @property
     def event(self) -> Event:

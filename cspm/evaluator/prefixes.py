@@ -48,7 +48,7 @@ def _prefix(evaluator: Evaluator, node: syntax.Prefix, frame: Frame) -> Callable
                 raise _no_event(event, span)
             branch = (event.number, body(env))
             if timing is not None:
-                return timed_prefix(evaluator, timing, (branch,), span)
+                return timed_prefix(evaluator, timing, env, (branch,), span)
             return Prefix((branch,))
 
         return plain
@@ -72,7 +72,7 @@ def _communication(
         if len(branches) > 1:
             branches.sort(key=_number)
         if timing is not None:
-            return timed_prefix(evaluator, timing, branches, span)
+            return timed_prefix(evaluator, timing, env, branches, span)
         return Prefix(tuple(branches)) if branches else STOP
 
     return offer
@@ -96,7 +96,9 @@ def _shared_body(
             _, inside = compile_pattern(evaluator, field.pattern, Frame.outermost(frame.unit), evaluated=True)
             if not used.isdisjoint(inside.slots):
                 return None
-    return evaluator.process(node.body, frame)
+    body = evaluator.process(node.body, frame)
+    size = frame.size
+    return lambda env: body(env[:size])
 
 
 def _steps(
@@ -106,11 +108,7 @@ def _steps(
     position: int,
     shared: Callable[[Env], Process] | None,
 ) -> Step:
-    """The fields from *position* on, and what follows them.
-
-    A shared continuation is compiled for the frame in front of the fields: its environment is a beginning of
-    theirs, so it can be given theirs.
-    """
+    """The fields from *position* on, and what follows them (*shared* by all events, if it depends on no field)."""
     if position == len(node.fields):
         body = evaluator.process(node.body, frame) if shared is None else shared
         span = node.span

@@ -63,8 +63,8 @@ def _binary(evaluator: Evaluator, node: syntax.ProcessBinary, frame: Frame) -> P
                 return lambda env: process.SynchronisingChoice(tocks(timing), operands(env))
             return lambda env: process.external_choice(operands(env))
         if timing is not None:
-            return lambda env: process.Parallel(tocks(timing), operands(env))
-        return lambda env: process.Parallel(NO_EVENTS, operands(env))
+            return lambda env: _parallel(tocks(timing), operands(env))
+        return lambda env: _parallel(NO_EVENTS, operands(env))
     left = evaluator.process(node.left, frame)
     right = evaluator.process(node.right, frame)
     match node.operator:
@@ -76,6 +76,19 @@ def _binary(evaluator: Evaluator, node: syntax.ProcessBinary, frame: Frame) -> P
             if timing is not None:
                 return lambda env: process.SynchronisingInterrupt(left(env), tocks(timing), right(env))
             return lambda env: process.Interrupt(left(env), right(env))
+
+
+def _parallel(events: EventSet, operands: tuple[Process, ...]) -> Process:
+    """Parallel composition on one set of events is associative: what is composed in place becomes one level."""
+    if any(type(operand) is process.Parallel and operand.events == events for operand in operands):
+        flat: list[Process] = []
+        for operand in operands:
+            if isinstance(operand, process.Parallel) and operand.events == events:
+                flat.extend(operand.operands)
+            else:
+                flat.append(operand)
+        operands = tuple(flat)
+    return process.Parallel(events, operands)
 
 
 def _with_tock(events: Callable[[Env], EventSet], frame: Frame) -> Callable[[Env], EventSet]:
@@ -95,7 +108,7 @@ def _synchronised(evaluator: Evaluator, node: syntax.Synchronised, frame: Frame)
     events = _with_tock(written, frame)
     match node.operator:
         case "[|":
-            return lambda env: process.Parallel(events(env), (left(env), right(env)))
+            return lambda env: _parallel(events(env), (left(env), right(env)))
         case "[+":
             return lambda env: process.SynchronisingChoice(events(env), (left(env), right(env)))
         case "/+":
@@ -263,7 +276,7 @@ def _replicated(evaluator: Evaluator, node: syntax.Replicated, frame: Frame) -> 
         case _:
             events = (lambda env: NO_EVENTS) if timing is None else (lambda env: tocks(timing))
     nothing: ProcessCode = (lambda env: process.SKIP) if timing is None else stop
-    return _joined(events, operands, process.Parallel, nothing)
+    return _joined(events, operands, _parallel, nothing)
 
 
 def _joined(

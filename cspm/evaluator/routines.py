@@ -184,10 +184,11 @@ class Routine:
         evaluator = self.evaluator
         slots = self.frame.slots
         found: dict[Symbol, int] = {}
-        for _, body in self.clauses:
-            for symbol in mentioned(body, evaluator.names, evaluator.free_variables):
-                if symbol in slots:
-                    found[symbol] = slots[symbol]
+        inside = [mentioned(body, evaluator.names, evaluator.free_variables) for _, body in self.clauses]
+        if self.frame.timing is not None:
+            inside.append(self.frame.timing.mentions)
+        for symbols in inside:
+            found.update((symbol, slots[symbol]) for symbol in symbols if symbol in slots)
         unit = self.frame.unit
         return [(symbol, slot, evaluator.routines.get((symbol, unit))) for symbol, slot in found.items()]
 
@@ -248,7 +249,7 @@ class Routine:
                 term = term.body()
         except Failure as failure:
             failure.__traceback__ = None
-            failure.called(text, None)
+            failure.at(self.span).called(text, None)
             raise
         except RecursionError as error:
             error.__traceback__ = None

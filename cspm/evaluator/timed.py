@@ -20,7 +20,7 @@ from cspm.messages import evaluation as messages
 from cspm.process import Definition, Process, Reference
 from cspm.sets import EventsSet
 from cspm.source import Span
-from cspm.thunks import Code
+from cspm.thunks import Code, Env
 from cspm.values import Sequence as SequenceValue
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def after_tocks(timing: Timing, count: Any, then: Process, span: Span | None = N
     return then
 
 
-def timed_prefix(evaluator: Evaluator, timing: Timing, branches: Sequence[tuple[int, Process]], span: Span) -> Process:
+def timed_prefix(evaluator: Evaluator, timing: Timing, env: Env, branches: Sequence[tuple[int, Process]], span: Span) -> Process:
     """``X = tock -> X [] a -> tock^f(a) -> P [] ...``; without branches ``TSTOP``."""
     if not branches:
         return timed_stop(timing)
@@ -75,7 +75,7 @@ def timed_prefix(evaluator: Evaluator, timing: Timing, branches: Sequence[tuple[
     if timing.duration is not None:
         from cspm.evaluator.routines import apply
 
-        function = timing.duration(())
+        function = timing.duration(env[: timing.size])
         waits = [apply(function, (evaluator.channels.event(event),), span) for event, _ in branches]
     offered = process.Prefix(
         tuple(

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from cspm import syntax
 from cspm.dots import ChannelHead, Constructor, Head
 from cspm.evaluator.frames import Frame, Timing
+from cspm.evaluator.free import mentioned
 from cspm.evaluator.patterns import compile_pattern
 from cspm.evaluator.routines import Routine
 from cspm.failure import Failure
@@ -234,7 +235,10 @@ def timing(evaluator: Evaluator, section: syntax.TimedDeclaration, frame: Frame)
     tock = frame.unit.head(evaluator.names.tock(section))
     assert isinstance(tock, ChannelHead)
     duration = section.duration
-    return Timing(tock, None if duration is None else lambda env: evaluator.value(duration, frame)(()))
+    if duration is None:
+        return Timing(tock, None, 0, frozenset())
+    mentions = mentioned(duration, evaluator.names, evaluator.free_variables)
+    return Timing(tock, lambda env: evaluator.value(duration, frame)(env), frame.size, mentions)
 
 
 def function_routine(

@@ -34,6 +34,11 @@ LARGEST = 20_000
 """Parts that the type of a definition may have."""
 
 
+def first_line(span: Span) -> Span:
+    """The part of *span* in its first line: enough to show where a long declaration stands."""
+    return Span(span.source, span.start, span.start + len(span.text.split("\n", 1)[0]))
+
+
 class Rejected(Exception):
     """An expression or declaration without a type; ``diagnostic`` says why."""
 
@@ -62,6 +67,8 @@ class Context:
         """What the definitions at hand make of their symbols, inside themselves."""
         self.undecided: list[tuple[Type, syntax.Node, str]] = []
         """Datatypes that were compared before it was known whether they have equality, and where."""
+        self.shared: set[Symbol] = set()
+        """Local definitions that would be polymorphic if they were annotated."""
         self.dots: list[tuple[syntax.Expr, Type]] = []
         """The dotted expressions of the definitions at hand."""
         self._rules: dict[type[syntax.Node], Callable[[Any], Type]] = {
@@ -163,7 +170,7 @@ class Context:
         Raises Rejected if the type is too large for a scheme, which is copied with each use.
         """
         if larger_than(type_, LARGEST):
-            raise Rejected(messages.type_too_large(node.span, name))
+            raise Rejected(messages.type_too_large(first_line(node.span), name))
         return Scheme(tuple([v for v in free_variables(type_) if v.level > self.level]), resolve(type_))
 
     def symbol_type(self, symbol: Symbol, span: Span | None = None) -> Type:

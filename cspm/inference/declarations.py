@@ -45,10 +45,24 @@ class DeclarationRules(AnnotationRules):
         for unit in units:
             self.annotate(unit.symbols)
         for group in components(units):
+            self.level += 1
             self._begin(group)
             for unit in group:
                 self.declaration(unit.declaration)
             self._end(group)
+            self.level -= 1
+            for symbol in (symbol for unit in group for symbol in unit.symbols):
+                self._keep_monomorphic(symbol)
+
+    def _keep_monomorphic(self, symbol: Symbol) -> None:
+        """Hand the variables of a local definition over to the definition around it, but remember them."""
+        if self.names.annotation(symbol) is not None:
+            return
+        for variable in free_variables(self.views.schemes[symbol].type):
+            if variable.level > self.level:
+                self.unifier.save(variable)
+                variable.level = self.level
+                self.shared.add(symbol)
 
     def annotate(self, symbols: Iterable[Symbol]) -> None:
         """Give the annotated ones of *symbols* their schemes. Raises Rejected."""

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 
 from cspm import syntax
 from cspm.diagnostics import Label
-from cspm.inference.context import Rejected
+from cspm.inference.context import Rejected, first_line
 from cspm.inference.fields import head_name
 from cspm.inference.patterns import LITERALS, PatternRules
 from cspm.messages import types as messages
@@ -168,20 +169,25 @@ class ExpressionRules(PatternRules):
                     show(function)[0],
                     len(function.parameters),
                     len(node.arguments),
-                    self._definition(node.function),
+                    (place,) if (place := self._definition(node.function)) else (),
                 )
             )
         # All arguments first: what one says of a variable can decide how the dots of another are read.
         given = [self.infer(argument) for argument in node.arguments]
         for i, (argument, expected, actual) in enumerate(zip(node.arguments, function.parameters, given, strict=True)):
-            self.accept(
-                expected,
-                actual,
-                argument,
-                _argument_role(i, len(given), head_name(node.function)),
-                lambda: next(iter(self._definition(node.function)), None),
-            )
+            role = _argument_role(i, len(given), head_name(node.function))
+            try:
+                self.accept(expected, actual, argument, role, lambda: self._definition(node.function))
+            except Rejected as rejected:
+                raise self._shared(rejected, node.function) from None
         return function.result
+
+    def _shared(self, rejected: Rejected, function: syntax.Expr) -> Rejected:
+        """The rejection of an argument, with what to do if the function has been used at another type before."""
+        if isinstance(function, syntax.Name) and self.names.symbol(function) in self.shared:
+            help_line = f"without an annotation the local `{function.text}` has one type in all its uses"
+            return Rejected(replace(rejected.diagnostic, help=help_line))
+        return rejected
 
     def _as_function(self, node: syntax.Apply, type_: Type) -> Function:
         if type(type_) is Variable:
@@ -197,13 +203,13 @@ class ExpressionRules(PatternRules):
             messages.not_a_function(head_name(node.function) or "this", node.function.span, show(type_)[0], help_line)
         )
 
-    def _definition(self, function: syntax.Expr) -> tuple[Label, ...]:
+    def _definition(self, function: syntax.Expr) -> Label | None:
         """Where the function that *function* names is defined."""
         if isinstance(function, syntax.Name):
             symbol = self.names.symbol(function)
             if symbol.span is not None:
-                return (Label(symbol.span, f"`{function.text}` is defined here"),)
-        return ()
+                return Label(first_line(symbol.span), f"`{function.text}` is defined here")
+        return None
 
     def _lambda(self, node: syntax.Lambda) -> Type:
         parameters = [self.infer(parameter) for parameter in node.parameters]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from cspm import syntax
 from cspm.diagnostics import Diagnostic, Label
-from cspm.inference.context import Rejected
+from cspm.inference.context import Rejected, first_line
 from cspm.inference.declarations import DeclarationRules
 from cspm.inference.dependencies import Unit, path
 from cspm.messages import types as messages
@@ -37,7 +37,7 @@ class ModuleRules(DeclarationRules):
         given = [self.infer(argument) for argument in node.arguments]
         origin = None
         if module.span is not None:
-            label = Label(module.span, f"`{module.name}` is declared here")
+            label = Label(first_line(module.span), f"`{module.name}` is declared here")
             origin = lambda: label  # noqa: E731
         for i, (argument, expected, actual) in enumerate(zip(node.arguments, seen, given, strict=True), 1):
             self.accept(expected, actual, argument, f"argument {i} of `{node.module.text}`", origin)
@@ -85,7 +85,7 @@ class ModuleRules(DeclarationRules):
             steps = [f"`{self._unit_name(step)}`" for step in way]
             first = way[0].declaration if way else node
             return messages.instance_cycle(
-                module.name, node.name, node.span, steps, (Label(first.span, "it is used from here"),)
+                module.name, node.name, node.span, steps, (Label(first_line(first.span), "it is used from here"),)
             )
         return None
 

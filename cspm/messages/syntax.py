@@ -470,6 +470,18 @@ def option_given_twice(span: Span, option: str, first: Span) -> Diagnostic:
     )
 
 
+@mistake(
+    "CSP135",
+    "a module with empty brackets",
+    explanation="A module without parameters is declared and instantiated without brackets.",
+    example="module M()\nexports\nendmodule",
+    repair="module M\nexports\nendmodule",
+)
+def empty_module_brackets(span: Span) -> Diagnostic:
+    """`()` behind the name of a module or in an instance."""
+    return Diagnostic("CSP135", "a module has no empty brackets", span, help="leave out `()`")
+
+
 __all__ = [
     "annotated_twice",
     "annotation_without_definition",
@@ -485,6 +497,7 @@ __all__ = [
     "described",
     "empty_brackets",
     "empty_let",
+    "empty_module_brackets",
     "empty_type",
     "expression_alone",
     "function_type_without_list",

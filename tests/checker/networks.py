@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Iterable
 from itertools import product
 
+import numpy as np
 from hypothesis import strategies as st
 
 from checker.lts import Lts
@@ -21,6 +22,13 @@ Move = tuple[int, State]
 
 def slot(name: str, rows: list[list[tuple[int, int]]]) -> Slot:
     return Slot(name, None, Lts.from_successors(rows), (Stop(),) * len(rows))
+
+
+def wide_slot(name: str, size: int, event: int, edges: set[tuple[int, int]]) -> Slot:
+    """A machine of many states and few transitions."""
+    sources, targets = (np.array([edge[i] for edge in sorted(edges)], dtype=np.int64) for i in (0, 1))
+    offsets = np.searchsorted(sources, np.arange(size + 1)).astype(np.int64)
+    return Slot(name, None, Lts(offsets, np.full(len(edges), event, dtype=np.int64), targets), ())
 
 
 @st.composite
@@ -61,10 +69,8 @@ def networks(
     slots = [slot(f"P{i}", draw(machines(most_states, labels, ticking))) for i in range(count)]
     for i in range(padding):
         size = draw(st.sampled_from([1, 200, 70_000]))
-        rows: list[list[tuple[int, int]]] = [[] for _ in range(size)]
-        for source, target in draw(st.lists(st.tuples(*[st.integers(0, size - 1)] * 2), max_size=4)):
-            rows[source].append((FIRST_EVENT + i % 3, target))
-        slots.insert(draw(st.integers(0, len(slots))), slot(f"W{i}", rows))
+        edges = draw(st.sets(st.tuples(*[st.integers(0, size - 1)] * 2), max_size=4))
+        slots.insert(draw(st.integers(0, len(slots))), wide_slot(f"W{i}", size, FIRST_EVENT + i % 3, edges))
     formats = draw(st.integers(1, most_formats))
     everything = range(len(slots))
 
@@ -175,11 +181,8 @@ class Explorer:
         if network.formats > 1:
             return bool(ticks) and state == (network.formats - 1, (0,) * len(network.slots))
         return any(
-            all(
-                state[1][place] in {t for s in range(lts.states) for label, t in lts.successors(s) if label == wanted}
-                for place, wanted in rule.moves
-                for lts in [network.slots[place].lts]
-            )
+            all(state[1][place] in network.slots[place].lts.targets[network.slots[place].lts.labels == wanted]
+                for place, wanted in rule.moves)
             for rule in ticks
         )
 

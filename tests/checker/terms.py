@@ -8,7 +8,8 @@ recurses without a guard; both are what a generator must promise and no more tha
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import fields
 from enum import IntEnum
 from itertools import count
 from typing import Any
@@ -48,6 +49,7 @@ from cspm.process import (
     SynchronisingInterrupt,
     Throw,
 )
+from cspm.process_text import describe
 
 Operators = frozenset[type[Process]]
 
@@ -74,6 +76,34 @@ def alphabet(events: int) -> EventTable:
     for letter in LETTERS[:events]:
         table.declare(letter)
     return table
+
+
+def told(process: Process) -> str:
+    """A process with all its definitions, for messages of failed tests."""
+    table = alphabet(len(LETTERS))
+    lines: list[str] = []
+    pending, seen = [process], {process}
+    for term in pending:
+        body = term.body() if isinstance(term, Reference) else term
+        name = term.text if isinstance(term, Reference) else "the process"
+        lines.append(f"{name} = {describe(body, table, width=1_000)}")
+        for call in _references(body):
+            if call not in seen:
+                seen.add(call)
+                pending.append(call)
+    return "\n".join(lines)
+
+
+def _references(term: object) -> Iterator[Reference]:
+    """The references in a term, wherever they are, but not what they stand for."""
+    if isinstance(term, Reference):
+        yield term
+    elif isinstance(term, tuple):
+        for part in term:
+            yield from _references(part)
+    elif isinstance(term, Process):
+        for field in fields(term):
+            yield from _references(getattr(term, field.name))
 
 
 def event_sets(events: int, *, min_size: int = 0) -> st.SearchStrategy[EventSet]:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from checker.behaviour import Behaviour, local_event
@@ -56,6 +56,7 @@ def counterexample(process: Process, kind: str, model: str | None = None) -> Cou
 class TestShortest:
     """Fewest visible events, then the order of the events, then fewest taus. (Traces: see the other tests.)"""
 
+    @settings(deadline=None)
     @given(terms)
     def test_no_deadlock_after_the_same_trace_needs_fewer_taus(self, process: Process) -> None:
         found = checker().check_property(process, "deadlock free", "F").counterexample
@@ -65,6 +66,7 @@ class TestShortest:
             least = explicit.fewest_taus(rows, identifiers(found.trace), dead)
             assert found.trace.count("tau") == least
 
+    @settings(deadline=None)
     @given(terms)
     def test_no_loop_after_the_same_trace_needs_fewer_taus(self, process: Process) -> None:
         found = checker().check_property(process, "divergence free").counterexample
@@ -264,6 +266,7 @@ class TestComponents:
             "S": ((None, None, None, None), "STOP", ()),
         }
 
+    @settings(deadline=None)
     @given(compositions(size=4, components=3))
     def test_each_trace_is_one_of_its_component(self, process: Process) -> None:
         """Where the components stay the same, what each did and where it stands is a run of its own machine."""

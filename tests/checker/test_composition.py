@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, currently_in_test_context, given, note, settings
 from hypothesis import strategies as st
 
 from checker.composition import Compiler, compile_network
@@ -32,10 +32,10 @@ from cspm.process import (
 )
 from tests.checker.exploring import interpreted, rows_of, strongly_bisimilar, transitions_in
 from tests.checker.philosophers import machine_of_philosophers, philosophers
-from tests.checker.terms import compositions, processes, reference
+from tests.checker.terms import compositions, processes, reference, told
 
 a, b, c, d = 2, 3, 4, 5
-MOST = 2_000
+MOST = 600
 
 
 def events(*members: int) -> EventSet:
@@ -48,6 +48,8 @@ def assert_same_machine(process: Process, compile_it: Callable[[Process], Networ
         expected = rows_of(explore(process, Limits(states=MOST)).lts)
     except LimitReached:
         assume(False)
+    if currently_in_test_context():
+        note(told(process))
     found = interpreted(compile_it(process))
     assert (len(found), transitions_in(found)) == (len(expected), transitions_in(expected))
     assert strongly_bisimilar(found, expected)
@@ -67,17 +69,17 @@ def loop(first: int, length: int = 3, name: str = "Loop") -> Process:
 
 
 class TestSameMachine:
-    @settings(max_examples=200)
+    @settings(max_examples=200, deadline=None)
     @given(compositions(size=4, components=4))
     def test_of_parallel_hiding_and_renaming_over_anything(self, process: Process) -> None:
         assert_same_machine(process)
 
-    @settings(max_examples=200)
+    @settings(max_examples=200, deadline=None)
     @given(processes(size=10))
     def test_of_any_process(self, process: Process) -> None:
         assert_same_machine(process)
 
-    @settings(max_examples=50)
+    @settings(max_examples=50, deadline=None)
     @given(st.lists(compositions(size=3), min_size=2, max_size=3))
     def test_whatever_was_compiled_before(self, several: list[Process]) -> None:
         compiler = Compiler()

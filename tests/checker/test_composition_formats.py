@@ -19,17 +19,20 @@ from cspm.process import (
     SKIP,
     STOP,
     ExternalChoice,
+    Hide,
     Interrupt,
     Parallel,
     Prefix,
     Process,
     Sequential,
+    SlidingChoice,
+    SynchronisingChoice,
     SynchronisingInterrupt,
     Throw,
     prefix,
 )
 from tests.checker.exploring import interpreted, transitions_in
-from tests.checker.terms import compositions, layered, processes, reference
+from tests.checker.terms import BASIC, CHOICE, compositions, layered, processes, reference
 from tests.checker.test_composition import assert_same_machine, loop
 
 a, b, c, d, e = 2, 3, 4, 5, 6
@@ -51,10 +54,20 @@ def of_formats(process: Process, small: int = 0) -> Network:
 
 
 CHANGING = layered(size=6)
+ABOVE_COMPOSITIONS = [
+    Sequential,
+    Throw,
+    Interrupt,
+    SynchronisingInterrupt,
+    ExternalChoice,
+    SlidingChoice,
+    SynchronisingChoice,
+    Hide,
+]
 
 
 class TestSameMachine:
-    @settings(max_examples=300)
+    @settings(max_examples=200, deadline=None)
     @given(
         st.one_of(CHANGING, CHANGING, processes(size=10), compositions(size=6)), st.sampled_from([0, 1, 2, 4, 8, 30])
     )
@@ -70,7 +83,35 @@ class TestSameMachine:
 
         assert_same_machine(process, compile_it)
 
-    @settings(max_examples=100)
+    @pytest.mark.parametrize(
+        "operator",
+        [
+            Sequential,
+            Throw,
+            Interrupt,
+            SynchronisingInterrupt,
+            ExternalChoice,
+            SlidingChoice,
+            SynchronisingChoice,
+            Hide,
+        ],
+        ids=lambda operator: operator.__name__,
+    )
+    @settings(max_examples=40, deadline=None)
+    @given(data=st.data())
+    def test_of_each_operator_over_compositions(self, operator: type[Process], data: st.DataObject) -> None:
+        layers = (BASIC | CHOICE, frozenset({Parallel}), frozenset({operator}))
+        assert_same_machine(data.draw(layered(layers=layers, size=5)), self.in_formats)
+
+    @staticmethod
+    def in_formats(process: Process) -> Network:
+        try:
+            return of_formats(process)
+        except Unsuited:
+            assume(False)
+            raise
+
+    @settings(max_examples=100, deadline=None)
     @given(CHANGING)
     def test_where_holes_of_different_formats_share_slots(self, process: Process) -> None:
         def compile_it(process: Process) -> Network:
@@ -85,7 +126,7 @@ class TestSameMachine:
 
         assert_same_machine(process, compile_it)
 
-    @settings(max_examples=100)
+    @settings(max_examples=100, deadline=None)
     @given(CHANGING)
     def test_whatever_way_is_taken(self, process: Process) -> None:
         assert_same_machine(process, lambda p: compile_network(p, slot_states=2))
@@ -157,11 +198,13 @@ class TestShapes:
         assert_same_machine(system, of_formats)
 
     def test_an_exception_leaves_everything_behind(self) -> None:
-        system = Throw(AB, events(b), prefix(e, STOP))
+        system = Throw(AB, events(d), prefix(e, STOP))
         network = of_formats(system)
         assert network.formats == 2
+        assert {rule.result for rule in network.rules if rule.switch is not None} == {d}
         rows = interpreted(network)
         assert (len(rows), transitions_in(rows)) == (4 + 2, 8 + 1)
+        assert_same_machine(system, of_formats)
 
     def test_a_round_that_comes_back_to_the_same_format(self) -> None:
         round_ = reference("Round", lambda: Sequential(interleaved(prefix(a, SKIP), prefix(b, SKIP)), round_))
@@ -188,6 +231,16 @@ class TestShapes:
         assert network.formats == 2
         assert len(interpreted(network)) == 1 + 4 * 2
 
+    def test_an_operator_over_what_has_no_parts_any_more_is_part_of_the_component(self) -> None:
+        """The hidden rest of the first way is the second way, and one state with it."""
+        ending = Sequential(interleaved(prefix(a, SKIP), SKIP), prefix(b, STOP))
+        hidden = events(c)
+        process = Prefix(((d, Hide(ending, hidden)), (e, Hide(prefix(b, STOP), hidden))))
+        network = of_formats(process)
+        assert network.formats == 2
+        assert len(interpreted(network)) == 1 + 2 + 2
+        assert_same_machine(process, of_formats)
+
     def test_termination_in_some_format_is_the_last_format(self) -> None:
         process = prefix(e, interleaved(prefix(a, SKIP), SKIP))
         network = of_formats(process)
@@ -200,6 +253,13 @@ class TestShapes:
         assert of_formats(process, small=0).formats == 4
         assert of_formats(process, small=4).formats == 1
         for small in (0, 4):
+            assert_same_machine(process, lambda p, small=small: of_formats(p, small))
+
+    def test_operators_over_small_compositions_are_components(self) -> None:
+        process = interleaved(Sequential(interleaved(prefix(a, SKIP), SKIP), STOP), prefix(c, AB))
+        assert of_formats(process, small=0).formats == 4
+        assert of_formats(process, small=3).formats == 2
+        for small in (0, 3):
             assert_same_machine(process, lambda p, small=small: of_formats(p, small))
 
     def test_a_term_reached_whole_and_in_parts_would_be_two_states(self) -> None:

@@ -91,13 +91,13 @@ class TestEndlessComponents:
             )
 
         both = Parallel(EventSet.of([a, b]), (counter(0), bound(0)))
-        assert len(interpreted(compile_network(both))) == 6
+        assert len(interpreted(compile_network(both, slot_states=500))) == 6
 
     def test_a_large_component_is_compiled(self) -> None:
         """More states than a component is first given."""
-        process = Parallel(NOTHING, (loop(5), _cycle(30_000)))
-        network = compile_network(process)
-        assert [slot.lts.states for slot in network.slots] == [3, 30_000]
+        process = Parallel(NOTHING, (loop(5), _cycle(3_000)))
+        network = compile_network(process, slot_states=500)
+        assert [slot.lts.states for slot in network.slots] == [3, 3_000]
 
 
 def _cycle(length: int) -> Process:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from checker.lts import Lts
-from checker.normal_form import NOT_ALLOWED, NormalForm
+from checker.normal_form import NormalForm
 from checker.normalisation import Normaliser, divergent_states, is_deterministic, minimised, normalise
 from cspm.events import TAU, TICK
 from tests.checker import explicit
@@ -32,6 +32,7 @@ def should_say(rows: Rows, states: explicit.States, model: str) -> tuple[object,
     return False, explicit.events(rows, states), accepts
 
 
+@settings(deadline=None)
 @given(machines(), st.sampled_from(MODELS), st.booleans())
 def test_each_node_says_what_its_traces_say(rows: Rows, model: str, minimise: bool) -> None:
     normal_form = normalise(lts(rows), model, minimise=minimise)
@@ -44,6 +45,7 @@ def test_each_node_says_what_its_traces_say(rows: Rows, model: str, minimise: bo
             assert says(normal_form, node) == should_say(rows, explicit.after(rows, trace), model)
 
 
+@settings(deadline=None)
 @given(machines(), st.sampled_from(MODELS))
 def test_a_trace_that_the_machine_cannot_perform_leads_nowhere(rows: Rows, model: str) -> None:
     normal_form = normalise(lts(rows), model)
@@ -54,6 +56,7 @@ def test_a_trace_that_the_machine_cannot_perform_leads_nowhere(rows: Rows, model
             assert normal_form.along((*trace, event)) is None
 
 
+@settings(deadline=None)
 @given(machines(), st.sampled_from(MODELS))
 def test_minimised_normal_forms_have_one_node_for_each_residual_behaviour(rows: Rows, model: str) -> None:
     """Counted by the naive fixpoint: nodes differ when they say different things, or lead to nodes that differ."""
@@ -73,20 +76,24 @@ def test_minimised_normal_forms_have_one_node_for_each_residual_behaviour(rows: 
     assert normalise(lts(rows), model).nodes == len(classes)
 
 
+@settings(deadline=None)
 @given(machines())
 def test_divergent_states_are_those_with_endless_taus(rows: Rows) -> None:
     expected = [explicit.diverges(rows, frozenset({s})) for s in range(len(rows))]
     assert divergent_states(lts(rows)).tolist() == expected
 
 
+@settings(deadline=None)
 @given(machines())
 def test_determinism_of_machines_is_about_labels_and_taus(rows: Rows) -> None:
     expected = all(
-        TAU not in labels and len(labels) == len(set(labels)) for labels in ([label for label, _ in row] for row in rows)
+        TAU not in labels and len(labels) == len(set(labels))
+        for labels in ([label for label, _ in row] for row in rows)
     )
     assert is_deterministic(lts(rows)) == expected
 
 
+@settings(deadline=None)
 @given(machines(taus=False), st.sampled_from(MODELS))
 def test_the_fast_path_and_the_subset_construction_agree(rows: Rows, model: str) -> None:
     machine = lts(rows)
@@ -99,32 +106,6 @@ def test_the_fast_path_and_the_subset_construction_agree(rows: Rows, model: str)
             assert m is not None
             assert n is not None
             assert says(quick, m) == says(slow, n)
-
-
-@given(machines(), st.sampled_from(MODELS))
-def test_dense_tables_and_bitsets_say_the_same_over_any_list_of_events(rows: Rows, model: str) -> None:
-    normal_form = normalise(lts(rows), model)
-    events = np.array([C, 99, TICK, A], dtype=np.int64)
-    table = normal_form.dense(events)
-    set_offsets, words = normal_form.bitsets(events)
-    for node in range(normal_form.nodes):
-        for position, event in enumerate(events.tolist()):
-            target = normal_form.after(node, event)
-            assert table[node, position] == (NOT_ALLOWED if target is None else target)
-        number = normal_form.acceptance_set[node]
-        found = {
-            frozenset(event for i, event in enumerate(events.tolist()) if row[0] >> np.uint64(i) & np.uint64(1))
-            for row in words[set_offsets[number] : set_offsets[number + 1]]
-        }
-        assert found == {frozenset(a) for a in normal_form.acceptances(node) if set(a) <= set(events.tolist())}
-
-
-def test_bitsets_of_many_events_take_several_words() -> None:
-    """RUN over events 2 to 131: one acceptance, bits 0 to 129."""
-    run = lts([{(event, 0) for event in range(2, 132)}])
-    set_offsets, words = normalise(run, "F").bitsets(np.arange(2, 132))
-    assert set_offsets.tolist() == [0, 1]
-    assert words.tolist() == [[2**64 - 1, 2**64 - 1, 3]]
 
 
 class TestWhatNodesSay:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from checker.verdict import Outcome, Verdict
@@ -67,6 +67,7 @@ class TestDeadlockFree:
         assert holds(checker().check_property(process, "deadlock free", "FD")) == in_fd
         assert holds(checker().check_property(process, "deadlock free")) == in_fd
 
+    @settings(deadline=None)
     @given(terms, st.booleans())
     def test_in_f_the_first_trace_to_a_state_without_transitions(self, process: Process, full: bool) -> None:
         outcome = checker(full=full).check_property(process, "deadlock free", "F")
@@ -76,6 +77,7 @@ class TestDeadlockFree:
             assert outcome.counterexample.kind == "deadlock"
             assert identifiers(outcome.counterexample.trace) == expected
 
+    @settings(deadline=None)
     @given(terms, st.booleans())
     def test_in_fd_the_first_trace_to_a_deadlock_or_divergence(self, process: Process, full: bool) -> None:
         outcome = checker(full=full).check_property(process, "deadlock free", "FD")
@@ -97,6 +99,7 @@ class TestDeadlockFree:
         assert outcome.verdict is Verdict.UNKNOWN
         assert outcome.reason == "`deadlock free` is not a property of traces: use [F] or [FD]"
 
+    @settings(deadline=None)
     @given(terms)
     def test_states_and_transitions_are_those_of_the_terms(self, process: Process) -> None:
         rows = rows_of(process)
@@ -123,6 +126,7 @@ class TestDivergenceFree:
         for model in (None, "T", "F", "FD", "R"):
             assert holds(checker().check_property(process, "divergence free", model)) == expected
 
+    @settings(deadline=None)
     @given(terms)
     def test_the_first_trace_to_endless_taus_and_their_loop(self, process: Process) -> None:
         outcome = checker().check_property(process, "divergence free")
@@ -172,6 +176,7 @@ class TestHasTrace:
         ]
         assert found == models.split()
 
+    @settings(deadline=None)
     @given(terms, st.lists(st.sampled_from((a, b, c)), max_size=4), st.sampled_from(("T", "F", "FD")))
     def test_as_defined(self, process: Process, trace: list[int], model: str) -> None:
         outcome = checker().check_property(process, "has trace", model, trace)

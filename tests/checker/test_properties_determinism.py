@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from checker.normalisation import divergent_states
@@ -88,6 +88,7 @@ def test_textbook(process: Process, in_f: bool, in_fd: bool) -> None:
     assert holds(checker().check_property(process, "deterministic")) == in_fd
 
 
+@settings(deadline=None)
 @given(st.one_of(terms, nearly_deterministic), st.booleans())
 def test_in_f_the_first_trace_and_event(process: Process, full: bool) -> None:
     outcome = checker(full=full).check_property(process, "deterministic", "F")
@@ -104,6 +105,7 @@ def test_in_f_the_first_trace_and_event(process: Process, full: bool) -> None:
         assert identifiers(found.alternative) == (*trace, event)
 
 
+@settings(deadline=None)
 @given(st.one_of(terms, nearly_deterministic))
 def test_in_fd_a_divergence_is_told_first(process: Process) -> None:
     outcome = checker().check_property(process, "deterministic", "FD")
@@ -117,6 +119,7 @@ def test_in_fd_a_divergence_is_told_first(process: Process) -> None:
         assert identifiers(found.trace) == (divergence if divergence is not None else expected and expected[0])
 
 
+@settings(deadline=None)
 @given(st.one_of(terms, nearly_deterministic))
 def test_a_deterministic_process_is_equivalent_to_its_candidate(process: Process) -> None:
     """The states that the candidate chooses have all the failures of the process, which has no others."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from checker.verdict import Verdict
@@ -130,6 +130,7 @@ terms = st.one_of(processes(size=6), compositions(size=4, components=2))
 class TestAgainstSetsOfTraces:
     """The verdict and the counterexample are those that the definitions give."""
 
+    @settings(deadline=None)
     @given(terms, st.sampled_from(MODELS), terms, st.booleans())
     def test_verdict_trace_kind_and_event(self, spec: Process, model: str, impl: Process, full: bool) -> None:
         outcome = checker(full=full).check_refinement(spec, model, impl)
@@ -150,6 +151,7 @@ class TestAgainstSetsOfTraces:
             forbidden = explicit.events(rows_of(impl), actual) - explicit.events(rows_of(spec), allowed)
             assert identifiers([found.event or ""]) == (min(forbidden),)
 
+    @settings(deadline=None)
     @given(terms, st.sampled_from(("F", "FD")), terms)
     def test_a_refusal_is_one_of_the_implementation_and_none_of_the_specification(
         self, spec: Process, model: str, impl: Process
@@ -167,10 +169,12 @@ class TestAgainstSetsOfTraces:
             explicit.acceptances(rows_of(spec), allowed)
         )
 
+    @settings(deadline=None)
     @given(terms, st.sampled_from(MODELS))
     def test_every_process_refines_itself(self, process: Process, model: str) -> None:
         assert checker().check_refinement(process, model, process).verdict is Verdict.PASS
 
+    @settings(deadline=None)
     @given(terms, st.sampled_from(MODELS), terms)
     def test_merging_nodes_of_the_normal_form_changes_no_counterexample(
         self, spec: Process, model: str, impl: Process

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 
 from checker.transitions import LimitReached, explore, transitions
 from checker.verdict import Limits
@@ -115,6 +115,7 @@ class TestDistributedTermination:
             (b, compose(TICK_OR_A, STOP)),
         )
 
+    @settings(deadline=None)
     @given(processes())
     def test_interleaving_with_skip_adds_no_state_to_what_does_not_tick(self, process: Process) -> None:
         try:

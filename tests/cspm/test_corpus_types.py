@@ -16,6 +16,8 @@ from cspm.inference import Types, infer
 CORPUS = Path(__file__).parent.parent / "corpus" / "types"
 PASS = sorted((CORPUS / "pass").glob("*.csp"))
 FAIL = sorted((CORPUS / "fail").glob("*.csp"))
+SPECS = sorted((CORPUS.parent.parent.parent / "specs").glob("**/*.csp"))
+EVALUATED = sorted((CORPUS.parent / "evaluate" / "pass").glob("*.csp"))
 
 
 def types_of(path: Path) -> Types:
@@ -41,6 +43,11 @@ def test_a_bad_script_gets_the_mistakes_that_it_says(path: Path) -> None:
     with pytest.raises(ScriptError) as raised:
         types_of(path)
     assert {(d.span.line, d.code) for d in raised.value.diagnostics if d.span is not None} == expected
+
+
+@pytest.mark.parametrize("path", [*SPECS, *EVALUATED], ids=lambda path: path.stem)
+def test_what_is_checked_and_evaluated_elsewhere_is_well_typed(path: Path) -> None:
+    assert types_of(path).declared
 
 
 def test_the_corpus_has_scripts_of_both_kinds() -> None:

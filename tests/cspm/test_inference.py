@@ -161,6 +161,16 @@ def test_a_mismatch_of_an_argument_points_to_the_function() -> None:
     ]
 
 
+def test_a_local_function_used_at_two_types() -> None:
+    assert told("f = let id(x) = x within (id(0), id(true))") == [
+        "CSP301 1:37 expected type `Int`, found `Bool`",
+        "true  the argument of `id` has type `Bool`",
+        "label id(x) = x: `id` is defined here",
+        "help without an annotation the local `id` has one type in all its uses",
+    ]
+    assert told("f = let inc(x) = x + 1 within inc(true)")[-1] == "label inc(x) = x + 1: `inc` is defined here"
+
+
 def test_a_mismatch_of_branches_points_to_the_first() -> None:
     assert told("f(b) = if b then 1 else 'c'") == [
         "CSP301 1:25 expected type `Int`, found `Char`",

@@ -16,7 +16,7 @@ from tests.reference.denotations import Semantics
 from tests.reference.processes import EVENTS
 from tests.reference.text import script
 
-FAMILIES = int(os.environ.get("CSPCHECK_TRIPLES", "20000")) // 20
+FAMILIES = int(os.environ.get("CSPCHECK_TRIPLES", "20000")) // 40
 SEED = int(os.environ.get("CSPCHECK_SEED", "1"))
 BATCH = 250
 

@@ -16,7 +16,7 @@ from tests.reference.processes import EVENTS
 from tests.reference.text import script
 from tests.reference.verdicts import refinement
 
-EXAMPLES = max(10, int(os.environ.get("CSPCHECK_TRIPLES", "20000")) // 2_000)
+EXAMPLES = max(5, int(os.environ.get("CSPCHECK_TRIPLES", "20000")) // 3_000)
 """For each law; each example is up to six refinements."""
 
 

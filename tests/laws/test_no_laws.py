@@ -54,7 +54,7 @@ NO_LAWS = [
         external(a_stop, b_stop),
         either,
         "F",
-        refusal=("a",),
+        refusal=("b",),
         holds_in=("T",),
     ),
     NoLaw(
@@ -63,7 +63,7 @@ NO_LAWS = [
         external(prefix(A, a_stop), prefix(A, b_stop)),
         "F",
         trace=(A,),
-        refusal=("a",),
+        refusal=("b",),
         holds_in=("T",),
     ),
     NoLaw("P [> Q = Q [> P", sliding(b_stop, a_stop), sliding(a_stop, b_stop), "F", refusal=("a",), holds_in=("T",)),

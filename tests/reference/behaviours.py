@@ -7,7 +7,7 @@ from functools import lru_cache
 from itertools import product
 
 from cspm.events import TICK, EventSet
-from cspm.process import Buffer, Prefix, Process
+from cspm.process import STOP, Buffer, ExternalChoice, Process, prefix
 
 Trace = tuple[int, ...]
 """Events; tick at the end or nowhere."""
@@ -79,12 +79,25 @@ def images(trace: Trace, pairs: Pairs) -> Iterator[Trace]:
 
 
 def buffer_choice(buffer: Buffer) -> Process:
-    """A buffer as the choice between its inputs and its output."""
-    branches: dict[int, Process] = {}
-    if len(buffer.contents) < buffer.capacity:
-        for i, (entering, _) in enumerate(buffer.pairs):
-            branches[entering] = Buffer("BUFFER", buffer.capacity, (), buffer.pairs, (*buffer.contents, i))
-    if buffer.contents:
-        leaving = buffer.pairs[buffer.contents[0]][1]
-        branches[leaving] = Buffer("BUFFER", buffer.capacity, (), buffer.pairs, buffer.contents[1:])
-    return Prefix(tuple(sorted(branches.items(), key=lambda branch: branch[0])))
+    """A buffer as the choice between what it can do next; see :class:`cspm.process.Buffer` for the three kinds.
+
+    A full BUFFER takes no input; a full WEAK_BUFFER does, and can then only explode; a SIGNAL_BUFFER also says, as
+    often as it is asked, that it is full or that it is empty.
+    """
+    kind, capacity, pairs, contents = buffer.kind, buffer.capacity, buffer.pairs, buffer.contents
+    full, empty = len(contents) == capacity, not contents
+
+    def holding(new: tuple[int, ...]) -> Process:
+        return Buffer(kind, capacity, buffer.signals, pairs, new)
+
+    choices = []
+    for i, (entering, _) in enumerate(pairs):
+        if not full:
+            choices.append(prefix(entering, holding((*contents, i))))
+        elif kind == "WEAK_BUFFER":
+            choices.append(prefix(entering, prefix(buffer.signals[0], STOP)))
+    if not empty:
+        choices.append(prefix(pairs[contents[0]][1], holding(contents[1:])))
+    if kind == "SIGNAL_BUFFER":
+        choices += [prefix(buffer.signals[0], buffer)] * full + [prefix(buffer.signals[1], buffer)] * empty
+    return ExternalChoice((STOP, *choices))

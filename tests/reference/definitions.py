@@ -203,7 +203,7 @@ class Definitions:
                 yield from self.traces(process.body(), n)
             case Compressed(_, p):
                 yield from self.traces(p, n)
-            case Buffer("BUFFER"):
+            case Buffer():
                 yield from self.traces(buffer_choice(process), n)
             case _:
                 raise NotImplementedError(type(process).__name__)
@@ -295,7 +295,7 @@ class Definitions:
                 yield from self.failures(process.body(), n)
             case Compressed(_, p):
                 yield from self.failures(p, n)
-            case Buffer("BUFFER"):
+            case Buffer():
                 yield from self.failures(buffer_choice(process), n)
             case _:
                 raise NotImplementedError(type(process).__name__)

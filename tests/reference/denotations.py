@@ -60,6 +60,7 @@ from cspm.process import (
     SynchronisingInterrupt,
     Throw,
 )
+from tests.reference.behaviours import buffer_choice
 
 TICK_BIT = 1 << TICK
 SPARE_LINKS = 8
@@ -225,8 +226,8 @@ class Semantics:
                 return self._reference(process)
             case Compressed(_, compressed):
                 return self.of(compressed)
-            case Buffer("BUFFER", capacity, (), pairs, contents):
-                return self._buffer(capacity, pairs, contents)
+            case Buffer():
+                return self.of(buffer_choice(process))
             case _:
                 raise NotImplementedError(type(process).__name__)
 
@@ -265,19 +266,6 @@ class Semantics:
             return self.of(reference.body())
 
         return self._expression(("name", reference), lambda: unfolded().root, lambda event: unfolded().after(event))
-
-    def _buffer(self, capacity: int, pairs: tuple[tuple[int, int], ...], contents: tuple[int, ...]) -> Denotation:
-        inputs = {entering: i for i, (entering, _) in enumerate(pairs)} if len(contents) < capacity else {}
-        output = pairs[contents[0]][1] if contents else None
-        offered = mask(inputs) | (1 << output if output is not None else 0)
-
-        def after(event: int) -> Denotation:
-            if event == output:
-                return self._buffer(capacity, pairs, contents[1:])
-            return self._buffer(capacity, pairs, (*contents, inputs[event]))
-
-        root = Root(False, offered, frozenset({self.everything & ~offered}), False)
-        return self._expression(("BUFFER", capacity, pairs, contents), lambda: root, after)
 
     # -- nondeterminism
 

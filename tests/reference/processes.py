@@ -23,7 +23,9 @@ from cspm.process import (
     SKIP,
     STOP,
     AlphabetisedParallel,
+    Buffer,
     Chaos,
+    Compressed,
     Definition,
     ExternalChoice,
     Hide,
@@ -110,8 +112,9 @@ _OPERATORS = (
     + ["interrupt"] * 2
     + ["throw"] * 2
     + ["input"] * 2
-    + ["linked", "project", "synchronising_choice", "synchronising_interrupt"]
+    + ["linked", "project", "synchronising_choice", "synchronising_interrupt", "compressed"]
 )
+COMPRESSIONS = ("normal", "sbisim", "wbisim", "dbisim", "diamond", "tau_loop_factor", "model_compress")
 
 
 class Generator:
@@ -180,7 +183,7 @@ class Generator:
         names = scope.here + scope.anywhere
         if names and self.choose(6):
             return names[self.choose(len(names))]
-        match self.choose(16):
+        match self.choose(17):
             case 0 | 1 | 2 | 3:
                 return STOP
             case 4 | 5 | 6 | 7:
@@ -193,8 +196,17 @@ class Generator:
                 return Run(self.events())
             case 14:
                 return Chaos(self.events())
+            case 15:
+                return self.buffer()
             case _:
                 return DIV
+
+    def buffer(self) -> Process:
+        """A buffer for one kind of value; a weak one needs a third event to explode."""
+        if self.letters > 2 and self.choose(3) == 2:
+            return Buffer("WEAK_BUFFER", 1 + self.choose(2), (C,), ((A, B),), ())
+        entering, leaving = ((A, B), (B, A))[self.choose(2)]
+        return Buffer("BUFFER", 1 + self.choose(2), (), ((entering, leaving),), ())
 
     def event(self) -> int:
         return EVENTS[self.choose(self.letters)]
@@ -264,6 +276,9 @@ class Generator:
 
     def project(self, size: int, scope: _Scope) -> Process:
         return Project(self.term(size, scope.closed()), self.events())
+
+    def compressed(self, size: int, scope: _Scope) -> Process:
+        return Compressed(COMPRESSIONS[self.choose(len(COMPRESSIONS))], self.term(size, scope.closed()))
 
     def rename(self, size: int, scope: _Scope) -> Process:
         pairs = {(self.event(), self.event()) for _ in range(1 + self.choose(3))}

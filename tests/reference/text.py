@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from cspm.events import EventSet
 from cspm.process import (
     AlphabetisedParallel,
+    Buffer,
     Chaos,
+    Compressed,
     Diverge,
     ExternalChoice,
     Hide,
@@ -28,7 +31,7 @@ from cspm.process import (
     SynchronisingInterrupt,
     Throw,
 )
-from tests.reference.processes import EVENTS, TABLE
+from tests.reference.processes import COMPRESSIONS, EVENTS, TABLE
 
 
 def script(**processes: Process) -> str:
@@ -40,7 +43,10 @@ def script(**processes: Process) -> str:
         before = len(definitions)
         lines.append(f"{reference.text} = {_text(reference.body(), definitions)}")
         pending.extend(list(definitions)[before:])
-    return "\n".join(["channel " + ", ".join(TABLE.name(e) for e in EVENTS), *lines])
+    head = ["channel " + ", ".join(TABLE.name(e) for e in EVENTS)]
+    if used := [name for name in COMPRESSIONS if any(f"{name}(" in line for line in lines)]:
+        head.append("transparent " + ", ".join(used))
+    return "\n".join([*head, *lines])
 
 
 def trace(events: Iterable[int]) -> str:
@@ -49,6 +55,23 @@ def trace(events: Iterable[int]) -> str:
 
 def event_set(events: Iterable[int]) -> str:
     return "{" + ", ".join(TABLE.name(e) for e in events) + "}"
+
+
+def _alphabetised(alphabets: tuple[EventSet, ...], texts: list[str]) -> str:
+    """There is no infix form for more than two, so it is written as it associates."""
+    text, union = texts[0], alphabets[0]
+    for alphabet, operand in zip(alphabets[1:], texts[1:], strict=True):
+        text = f"({text}) [{event_set(union)} || {event_set(alphabet)}] {operand}"
+        union = union | alphabet
+    return text
+
+
+def _generalised(events: EventSet, texts: list[str]) -> str:
+    """The operator is not associative in the syntax."""
+    text = texts[0]
+    for operand in texts[1:]:
+        text = f"({text}) [| {event_set(events)} |] {operand}"
+    return text
 
 
 def _text(process: Process, definitions: dict[Reference, str]) -> str:
@@ -86,10 +109,9 @@ def _text(process: Process, definitions: dict[Reference, str]) -> str:
         case Sequential(left, right):
             return f"{inner(left)} ; {inner(right)}"
         case Parallel(events, operands):
-            return (f" [| {event_set(events)} |] " if events else " ||| ").join(map(inner, operands))
+            return _generalised(events, [*map(inner, operands)]) if events else " ||| ".join(map(inner, operands))
         case AlphabetisedParallel(alphabets, operands):
-            parts = (f"({event_set(a)}, {inner(p)})" for a, p in zip(alphabets, operands, strict=True))
-            return "|| (A, P) : <" + ", ".join(parts) + "> @ [A] P"
+            return _alphabetised(alphabets, [*map(inner, operands)])
         case LinkedParallel(left, links, right):
             pairs = ", ".join(f"{TABLE.name(a)} <-> {TABLE.name(b)}" for a, b in links)
             return f"{inner(left)} [{pairs}] {inner(right)}"
@@ -99,6 +121,11 @@ def _text(process: Process, definitions: dict[Reference, str]) -> str:
             return rf"{inner(hidden)} |\ {event_set(events)}"
         case Rename(renamed, pairs):
             return f"{inner(renamed)}[[{', '.join(f'{TABLE.name(a)} <- {TABLE.name(b)}' for a, b in pairs)}]]"
+        case Buffer(kind, capacity, signals, pairs, ()):
+            moved = ", ".join(f"({TABLE.name(a)}, {TABLE.name(b)})" for a, b in pairs)
+            return f"{kind}({', '.join([str(capacity), *map(TABLE.name, signals)])}, {{{moved}}})"
+        case Compressed(function, compressed):
+            return f"{function}({_text(compressed, definitions)})"
         case Reference():
             definitions.setdefault(process, process.text)
             return process.text

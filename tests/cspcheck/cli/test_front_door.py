@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
-import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -14,8 +13,6 @@ from syrupy.assertion import SnapshotAssertion
 from cspcheck import __version__, checking
 from cspcheck.cli import VERBS, front_door, run
 from cspcheck.cli.check import command as check_command
-
-ROOT = Path(__file__).resolve().parents[3]
 
 
 def said(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
@@ -161,10 +158,6 @@ def test_the_memory_limit_is_four_fifths_of_what_there_is(monkeypatch: pytest.Mo
     assert checking.default_memory_limit() is None
 
 
-def environment(**changes: str) -> dict[str, str]:
-    return {**os.environ, "PYTHONPATH": str(ROOT), **changes}
-
-
 class TestCompletion:
     @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
     def test_the_script_of_a_shell(self, capsys: pytest.CaptureFixture[str], shell: str) -> None:
@@ -185,12 +178,15 @@ class TestCompletion:
             ("cspcheck completion z", "plain,zsh"),
         ],
     )
-    def test_what_is_completed(self, words: str, candidate: str) -> None:
+    def test_what_is_completed(self, environment: dict[str, str], words: str, candidate: str) -> None:
         done = subprocess.run(
             [sys.executable, "-m", "cspcheck"],
-            env=environment(
-                _CSPCHECK_COMPLETE="bash_complete", COMP_WORDS=words, COMP_CWORD=str(len(words.split()) - 1)
-            ),
+            env={
+                **environment,
+                "_CSPCHECK_COMPLETE": "bash_complete",
+                "COMP_WORDS": words,
+                "COMP_CWORD": str(len(words.split()) - 1),
+            },
             capture_output=True,
             text=True,
             check=False,
@@ -201,34 +197,23 @@ class TestCompletion:
 
 
 class TestStart:
-    def test_help_imports_nothing_heavy(self) -> None:
+    def test_help_imports_nothing_heavy(self, environment: dict[str, str]) -> None:
         code = (
             "import sys; from cspcheck.cli import run; run(['--help']); "
             "print(sorted({'numpy', 'numba', 'lark', 'rich', 'networkx', 'z3', 'checker', 'cspm'} & set(sys.modules)))"
         )
-        done = subprocess.run(
-            [sys.executable, "-c", code], env=environment(), capture_output=True, text=True, check=True
-        )
+        done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
 
         assert done.stdout.splitlines()[-1] in ("[]", "['cspm']")
 
-    def test_help_is_there_at_once(self) -> None:
-        def seconds() -> float:
-            start = time.perf_counter()
-            subprocess.run(
-                [sys.executable, "-m", "cspcheck", "--help"], env=environment(), capture_output=True, check=True
-            )
-            return time.perf_counter() - start
+    def test_help_is_there_at_once(self, cpu_seconds: Callable[..., float]) -> None:
+        assert cpu_seconds("-m", "cspcheck", "--help") < 0.3
 
-        assert min(seconds() for _ in range(5)) < 0.3
-
-    def test_the_package_imports_nothing_of_ours(self) -> None:
+    def test_the_package_imports_nothing_of_ours(self, environment: dict[str, str]) -> None:
         code = (
             "import sys, cspcheck; print([m for m in sys.modules if m.split('.')[0] in ('cspm', 'checker', 'numpy')])"
         )
-        done = subprocess.run(
-            [sys.executable, "-c", code], env=environment(), capture_output=True, text=True, check=True
-        )
+        done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
 
         assert done.stdout == "[]\n"
 

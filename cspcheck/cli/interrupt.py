@@ -1,0 +1,55 @@
+"""Ctrl-C that is never lost.
+
+Python raises ``KeyboardInterrupt`` wherever the program happens to be. Where that is a callback from machine code (the
+compiler of the kernels has some), the exception is printed and dropped, and the program goes on. Here the wish is
+remembered, and told again at the next chance.
+"""
+
+from __future__ import annotations
+
+import signal
+import sys
+from types import FrameType, TracebackType
+from typing import Any, Self
+
+
+class Interrupts:
+    """While this is entered, an interrupt is remembered until :meth:`poll` or the end of the block tells it."""
+
+    def __init__(self) -> None:
+        self._asked = False
+        self._handler: Any = None
+        self._hook = sys.unraisablehook
+
+    def __enter__(self) -> Self:
+        try:
+            self._handler = signal.signal(signal.SIGINT, self._interrupt)
+        except ValueError:  # not the main thread, which alone gets signals
+            self._handler = None
+        self._hook = sys.unraisablehook
+        sys.unraisablehook = self._unraisable
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        sys.unraisablehook = self._hook
+        if self._handler is not None:
+            signal.signal(signal.SIGINT, self._handler)
+
+    def poll(self) -> None:
+        """A chance to stop.
+
+        Raises:
+            KeyboardInterrupt: there was an interrupt.
+        """
+        if self._asked:
+            raise KeyboardInterrupt
+
+    def _interrupt(self, number: int, frame: FrameType | None) -> None:
+        self._asked = True
+        raise KeyboardInterrupt
+
+    def _unraisable(self, unraisable: Any) -> None:
+        if not (self._asked and unraisable.exc_type is KeyboardInterrupt):
+            self._hook(unraisable)

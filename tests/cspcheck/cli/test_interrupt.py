@@ -1,0 +1,52 @@
+"""Ctrl-C is never lost, wherever it comes."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import signal
+
+import pytest
+
+from cspcheck.cli.interrupt import Interrupts
+
+
+def press() -> None:
+    os.kill(os.getpid(), signal.SIGINT)
+
+
+def press_in_a_callback_from_machine_code() -> None:
+    """What Python does with an interrupt here is to print it and go on."""
+    numbers = (ctypes.c_int * 2)(1, 2)
+    compare_type = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)
+
+    def compare(left: int, right: int) -> int:
+        press()
+        return 0
+
+    ctypes.CDLL(None).qsort(numbers, 2, ctypes.sizeof(ctypes.c_int), compare_type(compare))
+
+
+def test_it_comes_at_once_where_python_runs() -> None:
+    with pytest.raises(KeyboardInterrupt), Interrupts():
+        press()
+
+
+def test_one_that_was_dropped_comes_at_the_next_poll(capfd: pytest.CaptureFixture[str]) -> None:
+    with Interrupts() as interrupts:
+        interrupts.poll()
+        press_in_a_callback_from_machine_code()
+        with pytest.raises(KeyboardInterrupt):
+            interrupts.poll()
+
+    assert capfd.readouterr().err == ""
+
+
+def test_afterwards_everything_is_as_before() -> None:
+    import sys
+
+    before = (signal.getsignal(signal.SIGINT), sys.unraisablehook)
+    with Interrupts():
+        assert signal.getsignal(signal.SIGINT) is not before[0]
+
+    assert (signal.getsignal(signal.SIGINT), sys.unraisablehook) == before

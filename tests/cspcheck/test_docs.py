@@ -1,0 +1,74 @@
+"""The documentation says what is so."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import click
+import pytest
+
+import cspcheck
+from cspcheck.cli import VERBS, front_door
+from cspcheck.report import FORMATS
+from cspcheck.report.codes import codes_document
+from cspcheck.result import Exit
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+
+
+def test_the_list_of_codes_is_that_of_the_register() -> None:
+    assert (DOCS / "codes.md").read_text(encoding="utf-8") == codes_document(), (
+        "docs/codes.md is out of date: python -m cspcheck.report.codes > docs/codes.md"
+    )
+
+
+def test_the_command_line_page_names_every_verb_format_and_exit_code() -> None:
+    page = (DOCS / "command-line.md").read_text(encoding="utf-8")
+
+    for verb in VERBS:
+        assert f"| `{verb}" in page
+    for form in FORMATS:
+        assert f"| `{form}` |" in page
+    for code in Exit:
+        assert f"| {int(code)} |" in page
+
+
+@pytest.mark.parametrize("verb", ["check", "fmt"])
+def test_the_command_line_page_names_every_option(verb: str) -> None:
+    page = (DOCS / "command-line.md").read_text(encoding="utf-8")
+    with front_door.make_context("cspcheck", [verb], resilient_parsing=True) as context:
+        command = front_door.get_command(context, verb)
+    assert command is not None
+    for option in command.params:
+        if isinstance(option, click.Option):
+            assert any(f"`{name}" in page for name in option.opts), option.opts
+
+
+def test_the_pytest_page_names_every_option() -> None:
+    page = (DOCS / "pytest.md").read_text(encoding="utf-8")
+    plugin = (DOCS.parent / "cspcheck" / "pytest_plugin.py").read_text(encoding="utf-8")
+    options = set(re.findall(r'"(--csp-[a-z-]+)"', plugin))
+
+    assert len(options) == 7
+    for option in options:
+        assert f"`{option}" in page
+
+
+def test_the_python_page_speaks_of_names_that_there_are() -> None:
+    page = (DOCS / "python.md").read_text(encoding="utf-8")
+    names = set(re.findall(r"\bcspcheck\.([A-Za-z]\w*)", page))
+
+    assert names <= set(cspcheck.__all__)
+    assert {"load", "loads", "ScriptError", "Incomplete", "Verdict", "Counterexample"} <= names
+
+
+@pytest.mark.parametrize("page", ["command-line.md", "python.md", "pytest.md", "codes.md"])
+def test_links_lead_somewhere(page: str) -> None:
+    text = (DOCS / page).read_text(encoding="utf-8")
+    anchors = {heading.lower().replace(" ", "-") for heading in re.findall(r"^#+ (.+)$", text, re.MULTILINE)}
+    for target in re.findall(r"\]\(([^)]+)\)", text):
+        if target.startswith("#"):
+            assert target[1:] in anchors, target
+        else:
+            assert (DOCS / target).exists(), target
