@@ -62,7 +62,7 @@ class BoundedMachines:
             except MoreStates:
                 raise Unsuited("a component has too many states") from None
             self._known[entry] = found
-            self._alphabets[entry] = found.lts.alphabet()
+            self._alphabets[entry] = found.alphabet()
         return found
 
     def alphabet(self, entry: Entry) -> tuple[int, ...]:

@@ -88,7 +88,7 @@ class Budget:
             exploration: one that ran into a limit.
             nothing: what would have been a result (``deadlock``); empty if it was not looked for yet.
         """
-        among = f", no {nothing} among them" if nothing else ""
+        among = f", no {nothing} among them" if nothing and exploration.levels[-1] else ""
         return f"{self.reached(exploration)}: {coverage(exploration)}{among}"
 
     def too_many_terms(self, limit: LimitReached) -> str:
@@ -111,7 +111,8 @@ def coverage(exploration: Exploration) -> str:
     """``1,000 states explored to depth 7``; depth counts visible events."""
     states = int(exploration.levels[-1])
     if states == 0:
-        return f"{exploration.found:,} states found before depth 0 was complete"
+        # How many states of the unfinished depth were met may depend on how the work was shared out.
+        return "not even depth 0 was completed"
     noun = "state" if states == 1 else "states"
     return f"{states:,} {noun} explored to depth {exploration.depth}"
 

@@ -11,6 +11,8 @@ Three ways, from fast to slow, all with the same states and transitions:
 
 from __future__ import annotations
 
+import os
+
 from checker.actions import TooManyActions
 from checker.components import ALONE, Machines
 from checker.formats import Formats
@@ -61,9 +63,7 @@ class Compiler:
             ScriptError: a definition calls itself before any event, or cannot be evaluated.
             UnsupportedOperator: a function is applied that the engine lacks.
         """
-        most = MOST_TERMS if limits.states is None else limits.states
-        if limits.memory_bytes is not None:
-            most = min(most, max(1, limits.memory_bytes // BYTES_PER_TERM))
+        most = min(MOST_TERMS if limits.states is None else limits.states, _terms_in(limits.memory_bytes))
         self._machines.poll = poll
         self.semantics.state(process)
         try:
@@ -77,18 +77,18 @@ class Compiler:
         slot_states = min(self._slot_states, most)
         small = min(SMALL, slot_states)
         try:
-            return self._composed(process, small)
+            return compile_skeleton(process, lambda component: self._without_parts(component, small, slot_states))
         except _TooLarge as large:
-            found = large.terms
-        if any(map(Parts(), found)):
+            has_parts = large.has_parts
+        if has_parts:
             try:
                 return self._of_formats(process, small)
             except Unsuited:
                 pass
-        try:
-            return self._composed(process, slot_states)
-        except _TooLarge:
-            pass
+            try:
+                return self._composed(process, slot_states)
+            except _TooLarge:
+                pass
         # A component may be endless by itself and not in company: a counter that the others keep in bounds.
         if not is_component(process):
             try:
@@ -112,6 +112,15 @@ class Compiler:
             formats = Formats(process, self.semantics, self._machines, 0, SLOT_STATES)
         return network_of(formats, self.semantics.heads)
 
+    def _without_parts(self, component: Component, small: int, most: int) -> Explored:
+        """The machine of a component, which may have *most* states; with parallel parts inside only *small*."""
+        try:
+            return self._explored(component, small)
+        except _TooLarge as large:
+            if large.has_parts:
+                raise
+        return self._explored(component, most)
+
     def _explored(self, component: Component, most: int) -> Explored:
         try:
             return self._machines.of(self.semantics.state(component.process), component.role, most)
@@ -127,13 +136,28 @@ class Compiler:
         return compile_single(process, machine)
 
 
+def _terms_in(memory_bytes: int | None) -> int:
+    """How many terms a memory limit has room for; without one, half of the machine's memory."""
+    if memory_bytes is None:
+        try:
+            memory_bytes = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2
+        except (AttributeError, ValueError, OSError):  # the system does not tell
+            memory_bytes = 1 << 32
+    return max(1, memory_bytes // BYTES_PER_TERM)
+
+
 class _TooLarge(Exception):
-    """A component has more states than it may."""
+    """A component has more states than it may; ``terms`` are those up to there."""
 
     def __init__(self, component: Component, terms: list[Process]) -> None:
         super().__init__(component.place.text)
         self.component = component
         self.terms = terms
+
+    @property
+    def has_parts(self) -> bool:
+        """Whether parallel compositions were met inside the component."""
+        return any(map(Parts(), self.terms))
 
 
 def compile_network(

@@ -44,20 +44,55 @@ def deterministic(context: Context, process: Process, model: FailuresModel) -> O
     level = exploration.divergence_level
     if level is not None and model == "FD":
         return divergence_found(context, process, exploration, level)
+    counts = exploration.levels[-1], exploration.transitions
     if not exploration.complete:
-        return context.not_found(exploration, "divergence" if model == "FD" else "")
-    counts = int(exploration.levels[-1]), exploration.transitions
+        return _as_far_as_explored(context, process, exploration, model)
     if _by_form(exploration):
         return budget.outcome(Verdict.PASS, None, *counts)
     try:
         lts = machines.lts(process, budget)
-        trace = _against_candidate(context, process, lts) if level is None else _by_normal_form(context, lts)
-        if trace is None:
-            return budget.outcome(Verdict.PASS, None, *counts)
-        counterexample = _explained(context, process, trace)
+        trace = _against_candidate(context, process, candidate(lts)) if level is None else _by_normal_form(context, lts)
+        counterexample = None if trace is None else _explained(context, process, trace)
     except Incomplete as incomplete:
         raise Incomplete(incomplete.reason, *counts) from None
-    return budget.outcome(Verdict.FAIL, None, *counts, counterexample)
+    return budget.outcome(Verdict.PASS if trace is None else Verdict.FAIL, None, *counts, counterexample)
+
+
+def _as_far_as_explored(context: Context, process: Process, exploration: Exploration, model: FailuresModel) -> Outcome:
+    """The outcome where a limit was reached: a failure if the levels that were completed show one, else unknown."""
+    budget = context.budget
+    counts = exploration.levels[-1], exploration.transitions
+    sought = "divergence" if model == "FD" else ""
+    if exploration.divergence_level is None and exploration.stop == "states" and exploration.levels[-1]:
+        lts = explored_part(exploration)
+        try:
+            trace = _against_candidate(context, process, candidate(lts, beyond=lts.states - 1))
+            # Beyond what was explored there may be a shorter trace than one that leads further.
+            if trace is not None and len(trace) <= exploration.depth:
+                counterexample = _explained(context, process, trace)
+                return budget.outcome(Verdict.FAIL, None, *counts, counterexample)
+            sought = "divergence or nondeterminism" if model == "FD" else "nondeterminism"
+        except Incomplete:
+            # The search of pairs ran into the limit as well, so nothing can be said of nondeterminism.
+            pass
+    return budget.outcome(Verdict.UNKNOWN, budget.shortfall(exploration, sought), *counts)
+
+
+def explored_part(exploration: Exploration) -> Lts:
+    """The machine of the completed levels; its last state stands for all that is beyond them."""
+    beyond = exploration.levels[-1]
+    none = np.zeros(0, dtype=np.int64)
+    lengths, labels, targets = [none], [none], [none]
+    for chunk in in_chunks(exploration, np.arange(beyond)):
+        places = exploration.indices(chunk.targets)
+        places[(places < 0) | (places >= beyond)] = beyond
+        lengths.append(np.diff(chunk.offsets))
+        sources = np.repeat(np.arange(len(lengths[-1])), lengths[-1])
+        order = np.lexsort([places, chunk.events, sources])
+        labels.append(chunk.events[order])
+        targets.append(places[order])
+    offsets = np.concatenate([[0], *lengths, [0]]).cumsum()
+    return Lts(offsets.astype(np.int64), np.concatenate(labels), np.concatenate(targets))
 
 
 def _by_form(exploration: Exploration) -> bool:
@@ -73,10 +108,11 @@ def _by_form(exploration: Exploration) -> bool:
     return True
 
 
-def candidate(lts: Lts) -> NormalForm:
+def candidate(lts: Lts, beyond: int | None = None) -> NormalForm:
     """A deterministic process that *lts*, which must not diverge, refines in F if it is deterministic itself.
 
-    Nodes are the stable states. From each state the first taus are followed to the one that stands for it.
+    Nodes are the stable states. From each state the first taus are followed to the one that stands for it. After
+    the state *beyond* anything is allowed.
     """
     sources = np.repeat(np.arange(lts.states), np.diff(lts.offsets))
     taus = np.flatnonzero(lts.labels == TAU)[::-1]
@@ -100,22 +136,25 @@ def candidate(lts: Lts) -> NormalForm:
     columns = np.searchsorted(events, lts.labels)
     accepting = StateAcceptances(lts, columns)
     nodes = int((~unstable).sum())
+    unknown = np.zeros(nodes, dtype=np.bool_)
+    if beyond is not None:
+        unknown[node[beyond]] = True
     return NormalForm(
         "F",
         events,
         np.concatenate([[0], np.cumsum(np.bincount(node[sources[kept]], minlength=nodes))]).astype(np.int64),
         columns[kept].astype(np.int32),
         node[stands_for[lts.targets[kept]]].astype(np.int32),
-        np.zeros(nodes, dtype=np.bool_),
+        unknown,
         accepting.number[~unstable].astype(np.int32),
         tuple((acceptance,) for acceptance in accepting.acceptances),
         int(node[stands_for[lts.root]]),
     )
 
 
-def _against_candidate(context: Context, process: Process, lts: Lts) -> Trace | None:
+def _against_candidate(context: Context, process: Process, chosen: NormalForm) -> Trace | None:
     """The first trace with nondeterminism, or None; the process must not diverge."""
-    pairs = context.machines.pairs(candidate(lts), process, "F", context.budget, full=False)
+    pairs = context.machines.pairs(chosen, process, "F", context.budget, full=False)
     if pairs.violation_level is not None:
         goals = np.unique(np.array([violation.index for violation in pairs.violations()], dtype=np.int64))
         return visible(shortest_path(pairs, goals))

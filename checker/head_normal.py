@@ -34,7 +34,7 @@ from cspm.process import (
     Throw,
 )
 
-MAXIMAL_UNFOLDING = 100_000
+MAXIMAL_UNFOLDING = 50_000
 """So many references nested without an event are taken for a recursion that never ends."""
 
 Operands = tuple[Process, ...]

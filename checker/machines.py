@@ -18,12 +18,15 @@ from checker.lts import Lts
 from checker.normal_form import NormalForm, Semantics
 from checker.normalisation import Normaliser, is_deterministic, normalise
 from checker.packed import PackedNetwork, pack
-from checker.pair_search import LazyNormalForm, PairExploration, explore_pairs
+from checker.pair_search import PairExploration, explore_pairs
 from checker.search import Exploration, Progress, explore
 from cspm.process import Process
 
 Aim = Literal["everything", "deadlock", "deadlock or divergence", "divergence"]
 """What an exploration looks for; it may end at the first level that has it."""
+
+Specification = NormalForm | Normaliser | LazySpecification
+"""What an implementation is compared with: a whole normal form, or one that grows."""
 
 KEPT_BYTES = 1 << 30
 """Machines are kept for later assertions as long as all together take no more than this (the last is always kept)."""
@@ -148,7 +151,7 @@ class Machines:
 
     def specification(
         self, process: Process, model: Semantics, implementation: Process, budget: Budget
-    ) -> NormalForm | LazyNormalForm:
+    ) -> Specification:
         """The normal form of a process: whole where that is cheap, else one that grows as a search reaches it.
 
         Args:
@@ -186,7 +189,7 @@ class Machines:
 
     def pairs(
         self,
-        specification: NormalForm | LazyNormalForm,
+        specification: Specification,
         process: Process,
         model: Semantics,
         budget: Budget,
@@ -246,7 +249,7 @@ def _whole_or_lazy(lts: Lts, model: Semantics, budget: Budget) -> NormalForm | N
         return Normaliser(lts, model)
 
 
-def _size(specification: NormalForm | LazyNormalForm) -> int:
+def _size(specification: Specification) -> int:
     """About how many bytes a normal form takes; of one that grows in terms nobody knows."""
     if isinstance(specification, NormalForm):
         arrays = (specification.offsets, specification.columns, specification.targets, specification.acceptance_set)

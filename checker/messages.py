@@ -91,12 +91,12 @@ argument has no bound, the process has infinitely many states and cannot be expl
     example="""
 channel a
 P(n) = a -> P(n + 1)
-assert P(0) :[deadlock free]
+assert P(0) :[divergence free]
 """,
     repair="""
 channel a
 P(n) = n < 10 & a -> P(n + 1)
-assert not P(0) :[deadlock free]
+assert P(0) :[divergence free]
 """,
 )
 def growing_arguments(name: str, states: int, calls: Sequence[str], number: int, span: Span | None) -> Diagnostic:

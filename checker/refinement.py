@@ -12,8 +12,9 @@ import numpy as np
 
 from checker.behaviour import Behaviour, diverging, visible
 from checker.context import Context, reached
-from checker.normal_form import NormalForm, Semantics
-from checker.pair_search import LazyNormalForm, PairExploration, Violation
+from checker.machines import Specification
+from checker.normal_form import Semantics
+from checker.pair_search import PairExploration, Violation
 from checker.paths import Step, shortest_path
 from checker.replay import ReplayFailure, can_perform, offer, states_after
 from checker.verdict import Counterexample, Outcome, Verdict
@@ -68,7 +69,7 @@ def _rank(violation: Violation) -> int:
 def _explained(
     context: Context,
     specification: Process,
-    normal_form: NormalForm | LazyNormalForm,
+    normal_form: Specification,
     implementation: Process,
     pairs: PairExploration,
     path: tuple[Step, ...],

@@ -146,9 +146,9 @@ class _Skeleton:
 
     def component(self, component: Component) -> list[Action]:
         slot = len(self.slots)
-        lts, terms = self._explore(component)
-        self.slots.append(Slot(self._name(component.place), component.place.span, lts, terms))
-        return [Action(label, label, ((slot, label),)) for label in lts.alphabet()]
+        machine = self._explore(component)
+        self.slots.append(Slot(self._name(component.place), component.place.span, machine.lts, machine.terms))
+        return [Action(label, label, ((slot, label),)) for label in machine.alphabet()]
 
     def _name(self, place: Place) -> str:
         """What to call a component: components that have no definition of their own are numbered in the one around."""

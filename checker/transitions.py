@@ -110,6 +110,11 @@ class Explored(NamedTuple):
     lts: Lts
     terms: tuple[Process, ...]
 
+    def alphabet(self) -> tuple[int, ...]:
+        """The labels that occur, ascending."""
+        # For the few labels of a component this is far quicker than the first call of numpy's unique.
+        return tuple(sorted(set(self.lts.labels.tolist())))
+
 
 Poll = Callable[[int], None]
 """Called now and then with the number of states found so far; what it raises ends the exploration."""

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, Literal
 
 from cspm.diagnostics import Diagnostic
 from cspm.messages import lexing
@@ -123,6 +123,9 @@ _PROPERTY_KINDS: Final = {
 _REDUCTIONS: Final = ("precise", "hybrid", "fast")
 
 
+Form = Literal["script", "expression", "assertion"]
+
+
 @dataclass(slots=True)
 class Tokens:
     """The tokens of a text in parallel lists, its comments, and what was wrong with its characters.
@@ -153,22 +156,21 @@ def property_words(text: str) -> tuple[str, str | None]:
     return " ".join(re.split(r"[\s-]+", match["words"])), match["mode"]
 
 
-def tokenise(source: Source, *, start: int = 0, declarations: bool = True) -> Tokens:
+def tokenise(source: Source, *, start: int = 0, form: Form = "script") -> Tokens:
     """The tokens of *source* from the offset *start* on.
 
-    With *declarations* the text is a script; without, it is one expression or assertion, in which line breaks
-    mean nothing. Mistakes are collected in ``Tokens.errors``; the tokens around them are still made.
+    The text is a script, or it is one expression or assertion, in which line breaks mean nothing. Mistakes are collected in ``Tokens.errors``; the tokens around them are still made.
     """
     text = source.text
     tokens = Tokens(source)
     kinds, starts, ends = tokens.kinds, tokens.starts, tokens.ends
     # What is open, innermost last: a bracket's text, "<" for a sequence, "let", "Timed", or the script itself.
-    contexts = ["script" if declarations else "expression"]
+    contexts = ["script" if form == "script" else "expression"]
     broken = False  # a line break stands before the next token
     previous = ""  # kind of the last token
     timed = ""  # "(" once behind `Timed`, ")" once its bracket is closed: the next `{` holds declarations
     negations: list[int] = []  # the `not`s directly behind an `assert`, while it is unknown what they negate
-    asserting = False  # in an assertion, not yet behind anything but `not`
+    asserting = form == "assertion"  # in an assertion, not yet behind anything but `not`
 
     position = start
     scan = _TOKEN.match

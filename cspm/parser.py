@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal
 
 from cspm import parser_mistakes
 from cspm import syntax as s
@@ -106,7 +106,7 @@ def parse_expression(text: str | Source) -> s.Expr:
     Raises:
         ScriptError: the text is no expression.
     """
-    result = _alone(text, "lone_expression")
+    result = _alone(text, "expression")
     assert isinstance(result, s.Expr)
     return result
 
@@ -117,21 +117,23 @@ def parse_assertion(text: str | Source) -> s.Assertion:
     Raises:
         ScriptError: the text is no assertion.
     """
-    result = _alone(text, "lone_assertion")
+    result = _alone(text, "assertion")
     assert isinstance(result, s.Assertion)
     return result
 
 
-def _alone(text: str | Source, start: str) -> s.Node:
+def _alone(text: str | Source, form: Literal["expression", "assertion"]) -> s.Node:
     source = text if isinstance(text, Source) else Source("<text>", text)
-    tokens = tokenise(source, declarations=False)
+    tokens = tokenise(source, form=form)
     if tokens.errors:
         raise ScriptError(*tokens.errors)
+    start = f"lone_{form}"
     tree = Tree(tokens, _no_include)
     try:
         result = run(table(), start, tokens, tree)
     except Unexpected as error:
-        raise ScriptError(parser_mistakes.diagnose(table(), start, tokens, error.index).diagnostic) from None
+        finding = parser_mistakes.diagnose(table(), start, tokens, error.index)
+        raise ScriptError(*tree.errors, finding.diagnostic) from None
     tree.finish()
     if tree.errors:
         raise ScriptError(*tree.errors)

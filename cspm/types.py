@@ -445,7 +445,8 @@ class TypeWriter:
             case Extendable():
                 return f"{self.write(head.row)} =>* {self._tail(head.result)}"
             case Row():
-                return f"{self._part(head.field)}, {self.write(head.rest)}"
+                rest = self.write(head.rest)
+                return f"{self._part(head.field)}.{rest}" if rest else self._part(head.field)
         raise AssertionError(head)
 
     def _part(self, type_: Type) -> str:

@@ -519,7 +519,7 @@ class Unifier:
     def close(self, open_end: Extendable, row: Type) -> None:
         """Bind the open row of *open_end* to *row*."""
         if type(open_end.row) is not Variable:
-            raise CannotUnify(Clash.ESCAPES, open_end, open_end.result)
+            raise CannotUnify(Clash.ESCAPES, open_end.row, row)
         if type(row) is not Atom and self._occurs(open_end.row, row):
             raise InfiniteType(open_end.row, Extendable(row, open_end.result))
         self.save(open_end.row)

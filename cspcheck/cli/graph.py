@@ -9,7 +9,7 @@ import click
 
 from cspcheck.cli import finish
 from cspcheck.cli.options import script_options
-from cspcheck.drawing.messages import no_counterexample, too_large_to_draw, unknown_picture_format
+from cspcheck.messages import no_counterexample, too_large_to_draw, unknown_picture_format
 from cspm.diagnostics import ScriptError
 
 if TYPE_CHECKING:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from types import TracebackType
+from typing import TYPE_CHECKING, Self
 
 from cspcheck.quantities import show_bytes
 from cspcheck.report.style import Style, harmless
@@ -18,13 +20,18 @@ LIVE_INTERVAL = 0.2
 """Seconds between two states of the live line."""
 LINE_INTERVAL = 10.0
 """Seconds between two lines where there is no terminal."""
+STALE = 1.0
+"""Seconds after which the numbers of a search are old and only the time is shown."""
 _ERASE = "\r\x1b[K"
 
 
 class ProgressLine:
-    """The progress of one check after the other.
+    """The progress of one piece of work after the other.
 
-    Everything else that is written while a check runs has to be written between two calls of :meth:`done` and
+    Searches tell their progress. Other work that takes long (reading, building machines) does not: for it :meth:`beat`
+    has to be called now and then, from any thread (:class:`Heartbeat`), and shows the time.
+
+    Everything else that is written while work goes on has to be written between two calls of :meth:`done` and
     :meth:`begin`, or after :meth:`erase`, so that the live line is not in its way.
     """
 
@@ -48,46 +55,69 @@ class ProgressLine:
         self._what = ""
         self._start = self._next = 0.0
         self._shown = False
+        self._working = False
+        self._told = 0.0
         self._last: tuple[float, int] = (0.0, 0)
+        self._lock = threading.RLock()
 
     def begin(self, what: str) -> None:
-        """A check starts; *what* is its assertion."""
-        self._what = " ".join(harmless(what).split())
-        self._start = self._clock()
-        self._next = self._start + (FIRST if self._live else LINE_INTERVAL)
-        self._last = (self._start, 0)
+        """Some work starts; *what* it is."""
+        with self._lock:
+            self._what = " ".join(harmless(what).split())
+            self._start = self._told = self._clock()
+            self._next = self._start + (FIRST if self._live else LINE_INTERVAL)
+            self._last = (self._start, 0)
+            self._working = True
 
     def progress(self, progress: Progress) -> None:
         """Show where the search is, if it is time to."""
         self._poll()
-        now = self._clock()
-        if self._quiet or now < self._next:
+        with self._lock:
+            now = self._told = self._clock()
+            if now >= self._next:
+                self._show(self._numbers(progress, now), now)
+
+    def beat(self) -> None:
+        """Show how long the work has been going on, if it is time to and nothing else is known of it."""
+        with self._lock:
+            now = self._clock()
+            if self._working and now >= self._next and now - self._told >= STALE:
+                self._show(f"{now - self._start:.0f} s", now)
+
+    def notify(self, line: str) -> None:
+        """Say something once."""
+        with self._lock:
+            if not self._quiet:
+                self.erase()
+                self._write(harmless(line) + "\n")
+
+    def done(self) -> None:
+        """The work has ended."""
+        with self._lock:
+            self._working = False
+            self.erase()
+
+    def erase(self) -> None:
+        """Take the live line away."""
+        with self._lock:
+            if self._shown:
+                self._write(_ERASE)
+                self._shown = False
+
+    def _show(self, numbers: str, now: float) -> None:
+        if self._quiet:
             return
         self._next = now + (LIVE_INTERVAL if self._live else LINE_INTERVAL)
-        text = self._text(progress, now)
+        room = self._style.width - 3 - len(numbers) if self._live else 200
+        what = self._style.fit(self._what, room) if room >= 12 else ""
+        text = f"{what}: {numbers}" if what else numbers
         if self._live:
             self._write(_ERASE + self._style.paint(self._style.fit(text, self._style.width - 1), "dim"))
             self._shown = True
         else:
             self._write(text + "\n")
 
-    def notify(self, line: str) -> None:
-        """Say something once."""
-        if not self._quiet:
-            self.erase()
-            self._write(harmless(line) + "\n")
-
-    def done(self) -> None:
-        """The check has ended."""
-        self.erase()
-
-    def erase(self) -> None:
-        """Take the live line away."""
-        if self._shown:
-            self._write(_ERASE)
-            self._shown = False
-
-    def _text(self, progress: Progress, now: float) -> str:
+    def _numbers(self, progress: Progress, now: float) -> str:
         before, states = self._last
         rate = (progress.states - states) / (now - before) if now > before and progress.states >= states else 0.0
         self._last = (now, progress.states)
@@ -99,10 +129,30 @@ class ProgressLine:
             show_bytes(progress.memory_bytes),
             f"{now - self._start:.0f} s",
         ]
-        numbers = ", ".join(parts)
-        room = self._style.width - 3 - len(numbers) if self._live else 200
-        what = self._style.fit(self._what, room) if room >= 12 else ""
-        return f"{what}: {numbers}" if what else numbers
+        return ", ".join(parts)
+
+
+class Heartbeat:
+    """While this is entered, something is done several times a second, in a thread of its own."""
+
+    def __init__(self, beat: Callable[[], None]) -> None:
+        self._beat = beat
+        self._end = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True, name="progress")
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._end.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        while not self._end.wait(LIVE_INTERVAL):
+            self._beat()
 
 
 def _short(number: float) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from cspcheck.cli.interrupt import Interrupts
-from cspcheck.cli.progress import ProgressLine
+from cspcheck.cli.progress import Heartbeat, ProgressLine
 from cspcheck.cli.streams import Remarks
 from cspcheck.failure import InternalErrors
 from cspcheck.messages import empty_folder, no_assertions, nothing_selected
@@ -109,7 +109,7 @@ class Session:
     def _each(self, targets: Iterable[Target | EmptyFolder], do: Callable[[Target], None]) -> bool:
         """Do something with each target; whether it was interrupted."""
         try:
-            with self._interrupts:
+            with self._interrupts, Heartbeat(self.progress.beat):
                 for target in targets:
                     self._interrupts.poll()
                     if isinstance(target, EmptyFolder):
@@ -129,6 +129,7 @@ class Session:
     def _load(self, target: Target) -> Script | None:
         from cspcheck.checking import load
 
+        self.progress.begin(f"reading {target.path}")
         try:
             script = load(target.path, self._settings)
         except ScriptError as error:
@@ -136,6 +137,8 @@ class Session:
             self._codes.append(Exit.NOT_RUN)
             self.say(error.diagnostics)
             return None
+        finally:
+            self.progress.done()
         self.say(script.warnings)
         return script
 

@@ -17,6 +17,7 @@ from cspm.types import (
     EQ,
     EVENT,
     INT,
+    NOTHING,
     ORD,
     PROC,
     SET,
@@ -25,10 +26,10 @@ from cspm.types import (
     Datatype,
     Dot,
     Dotable,
-    Extendable,
     Function,
     MapOf,
     Rigid,
+    Row,
     SequenceOf,
     SetOf,
     Type,
@@ -171,10 +172,6 @@ def _rigid_side(clash: CannotUnify) -> tuple[Rigid, Type] | None:
         return expected, actual
     if type(actual) is Rigid:
         return actual, expected
-    if type(expected) is Extendable and type(expected.row) is Rigid:
-        return expected.row, actual
-    if type(actual) is Extendable and type(actual.row) is Rigid:
-        return actual.row, expected
     return None
 
 
@@ -189,6 +186,10 @@ def _too_general(
     labels: Sequence[Label],
     writer: TypeWriter,
 ) -> Diagnostic:
+    if needed is NOTHING or type(needed) is Row:
+        # The variable stands left of `=>*`, for fields.
+        place = () if rigid.span is None else (Label(rigid.span, f"`{rigid.name}` is a variable of this annotation"),)
+        return messages.too_definite_fields(node.span, rigid.name, writer.write(needed), role, (*labels, *place))
     text = writer.write(needed)
     if clash.clash is Clash.ESCAPES and type(needed) is Variable:
         text = "a type from outside the definition"

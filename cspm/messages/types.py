@@ -443,3 +443,26 @@ def type_too_large(span: Span, name: str | None = None) -> Diagnostic:
     """The type of *name*, or of what stands at *span*, has too many parts to be dealt with."""
     whose = f"the type of `{name}`" if name else "the type of this"
     return Diagnostic("CSP319", f"{whose} is too large", span, help="use sequences or datatypes in place of tuples")
+
+
+@mistake(
+    "CSP320",
+    "an annotation leaves fields open that the definition fixes",
+    explanation=(
+        "`a =>* Event` is an event or something that wants any fields to become one. A definition that needs an event, "
+        "or certain fields, must say so in its annotation."
+    ),
+    example="start :: (a =>* Event) -> Proc\nstart(x) = x -> STOP",
+    repair="start :: (Event) -> Proc\nstart(x) = x -> STOP",
+)
+def too_definite_fields(span: Span, variable: str, fields: str, role: str, labels: Sequence[Label] = ()) -> Diagnostic:
+    """The open fields *variable* of an annotation would have to be *fields* (empty: none at all)."""
+    needed = f"these must be `{fields}`" if fields else "there must be none"
+    return Diagnostic(
+        "CSP320",
+        f"the annotation allows any fields for `{variable}`, but here {needed}",
+        span,
+        annotation=f"in {role}" if role else "",
+        labels=tuple(labels),
+        help="write the fields with `=>`, or leave them out",
+    )

@@ -134,9 +134,12 @@ class TestLimits:
         )
 
     def test_states_of_the_specification(self) -> None:
-        outcome = checker(states=20).check_refinement(self.cube, "T", STOP)
+        outcome = checker(states=20).check_refinement(hidden(self.cube, a, b, c), "T", STOP)
         assert outcome.verdict is Verdict.UNKNOWN
-        assert outcome.reason == "state limit of 20 reached in the specification: 10 states explored to depth 2"
+        assert outcome.reason == "state limit of 20 reached in the specification: not even depth 0 was completed"
+
+    def test_a_specification_need_not_be_explored_where_the_implementation_does_not_go(self) -> None:
+        assert checker(states=20).check_refinement(self.cube, "T", STOP).verdict is Verdict.PASS
 
     def test_states_of_the_implementation(self) -> None:
         outcome = checker(states=20).check_refinement(Run(events(a, b, c)), "T", self.cube)
@@ -168,6 +171,20 @@ class TestLimits:
         assert outcome.counterexample is not None
         assert outcome.counterexample.trace == ("d",)
         assert checker(states=states).check_property(process, "divergence free").verdict is Verdict.UNKNOWN
+
+    def test_nondeterminism_found_in_time_stands(self) -> None:
+        process = choose(then(d, a, STOP), then(d, b, STOP), self.cube)
+        found = checker(states=30).check_property(process, "deterministic").counterexample
+        assert found is not None
+        assert (found.trace, found.event) == (("d",), "a")
+
+    def test_no_nondeterminism_in_what_was_explored_is_no_proof(self) -> None:
+        for model, nothing in (("F", "nondeterminism"), ("FD", "divergence or nondeterminism")):
+            outcome = checker(states=40).check_property(self.cube, "deterministic", model)
+            assert outcome.verdict is Verdict.UNKNOWN
+            assert outcome.reason == (
+                f"state limit of 40 reached: 20 states explored to depth 3, no {nothing} among them"
+            )
 
     @settings(max_examples=20, deadline=None)
     @given(terms, terms, st.integers(1, 30))

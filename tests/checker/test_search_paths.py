@@ -50,8 +50,11 @@ class Paths:
                 for event in sorted({event for event, _ in moves}):
                     after = self.states.reachable_by_tau({target for e, target in moves if e == event})
                     longer.append(((*trace, event), frozenset(after)))
-            # Of traces that lead to the same states the least is enough.
-            traces = list({states: (trace, states) for trace, states in reversed(longer)}.values())[::-1]
+            # Of traces that lead to the same states the least, which comes first, is enough.
+            least: dict[frozenset[State], tuple[int, ...]] = {}
+            for trace, states in longer:
+                least.setdefault(states, trace)
+            traces = [(trace, states) for states, trace in least.items()]
 
     def shortest(self, ranked: dict[State, int]) -> list[Key]:
         trace = self.least_trace(set(ranked))
@@ -68,10 +71,10 @@ class Paths:
             left = ahead[position, here]
             candidates = []
             for key, after in self.options(here):
-                if key[0] == TAU and ahead.get((position, after), -1) == left - 1:
+                if key[0] == TAU and ahead.get((position, after)) == left - 1:
                     candidates.append((key, after, position))
                 elif position < len(trace) and key[0] == trace[position]:
-                    if ahead.get((position + 1, after), -1) == left:
+                    if ahead.get((position + 1, after)) == left:
                         candidates.append((key, after, position + 1))
             key, here, position = min(candidates)
             path.append(key)

@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 import os
-import resource
-import subprocess
-import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -244,24 +240,3 @@ def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     }
     changed.pop("PYTHONDONTWRITEBYTECODE", None)
     return changed
-
-
-@pytest.fixture
-def cpu_seconds(environment: dict[str, str]) -> Callable[..., float]:
-    """Runs Python with the given arguments some times; the least time of the processor that a whole process took.
-
-    The first run makes the bytecode and does not count. Unlike the time of a clock this one does not depend much on
-    what else the machine is doing.
-    """
-
-    def once(arguments: tuple[str, ...]) -> float:
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        subprocess.run([sys.executable, *arguments], env=environment, capture_output=True, check=True)
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-
-    def measure(*arguments: str) -> float:
-        once(arguments)
-        return min(once(arguments) for _ in range(4))
-
-    return measure

@@ -13,7 +13,7 @@ from cspm.process import Process, Reference
 from cspm.script import Script, load
 from cspm.source import Source
 
-EXAMPLES = int(os.environ.get("CSPCHECK_FUZZ", "1500"))
+EXAMPLES = int(os.environ.get("CSPCHECK_FUZZ", "600"))
 
 DECLARATIONS = f"""
 transparent {", ".join(sorted(TRANSPARENT))}

@@ -370,6 +370,18 @@ def test_a_type_too_large_to_be_written() -> None:
     ]
 
 
+def test_open_fields_that_must_be_definite() -> None:
+    assert told("start :: (a =>* Event) -> Proc\nstart(x) = x -> STOP") == [
+        "CSP320 2:12 the annotation allows any fields for `a`, but here there must be none",
+        "x  in the event of the prefix",
+        "label start :: (a =>* Event) -> Proc: `a` is a variable of this annotation",
+        "help write the fields with `=>`, or leave them out",
+    ]
+    assert told("one :: (a =>* Event) -> Proc\none(x) = x!1 -> STOP")[0] == (
+        "CSP320 2:10 the annotation allows any fields for `a`, but here these must be `Int`"
+    )
+
+
 # --- how much is told -------------------------------------------------------------------------------------------
 
 

@@ -348,7 +348,7 @@ def fits(value: Any, kind: Kind) -> bool:
     return all(fits(key, kind.parts[0]) and fits(kept, kind.parts[1]) for key, kept in pairs)
 
 
-SLOW = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+SLOW = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
 @SLOW

@@ -33,7 +33,7 @@ def scrambled(text: str, chance: random.Random) -> str:
 def test_a_scrambled_script_gets_types_or_messages(path: Path) -> None:
     chance = random.Random(path.stem)
     original = path.read_text()
-    for _ in range(12):
+    for _ in range(6):
         text = scrambled(original, chance)
         try:
             script = parser.parse(Source("scrambled.csp", text))

@@ -57,8 +57,6 @@ def verdicts(processes: dict[str, Process], semantics: Semantics) -> dict[str, b
         found[f"{name} :[deterministic [FD]]"] = nondeterminism(tree, "FD") is None
     for left, right in permutations(NAMES, 2):
         for model in MODELS:
-            holds = refinement(trees[left], trees[right], model) is None
-            found[f"not {left} [{model}= {right}" if (left, right) == ("P", "Q") else f"{left} [{model}= {right}"] = (
-                not holds if (left, right) == ("P", "Q") else holds
-            )
+            found[f"{left} [{model}= {right}"] = refinement(trees[left], trees[right], model) is None
+    found |= {f"not {claim}": not holds for claim, holds in list(found.items())[::5]}
     return found

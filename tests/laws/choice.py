@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cspm.events import EventSet
-from cspm.process import DIV, SKIP, STOP, Prefix, Process, prefix
+from cspm.process import DIV, SKIP, STOP, Prefix, Process, SynchronisingChoice, prefix
 from tests.laws.notation import (
     NONE,
     Claim,
@@ -191,6 +191,19 @@ def synchronising_on_nothing_is_external_choice(p: Process, q: Process) -> Claim
 @law()
 def synchronising_choice_is_symmetric(p: Process, x: EventSet, q: Process) -> Claim:
     return equal(synchronising_choice(p, x, q), synchronising_choice(q, x, p))
+
+
+@law()
+def synchronising_choice_is_associative_over_one_set(p: Process, x: EventSet, q: Process, r: Process) -> Claim:
+    return equal(
+        synchronising_choice(synchronising_choice(p, x, q), x, r),
+        synchronising_choice(p, x, synchronising_choice(q, x, r)),
+    )
+
+
+@law()
+def synchronising_choice_of_three_is_that_of_two(p: Process, x: EventSet, q: Process, r: Process) -> Claim:
+    return equal(SynchronisingChoice(x, (p, q, r)), synchronising_choice(synchronising_choice(p, x, q), x, r))
 
 
 @law()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 import pytest
-from hypothesis import given, reject, settings
+from hypothesis import HealthCheck, given, reject, settings
 from hypothesis import strategies as st
 
 from tests.differential.engine import checker, said
@@ -21,7 +21,7 @@ EXAMPLES = max(5, int(os.environ.get("CSPCHECK_TRIPLES", "20000")) // 3_000)
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name)
-@settings(max_examples=EXAMPLES, deadline=None)
+@settings(max_examples=EXAMPLES, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(data=st.data())
 def test_law(law: Law, data: st.DataObject) -> None:
     claim = data.draw(law.claims())

@@ -78,7 +78,7 @@ def recursive(body: Callable[[Process], Process], name: str = "X") -> Reference:
     return define(lambda xs: [body(xs[0])], 1, name)[0]
 
 
-class _Scope:
+class Scope:
     """What a position in a term may refer to: ``anywhere`` closed names, ``here`` and, behind an event, ``later``."""
 
     __slots__ = ("anywhere", "here", "later")
@@ -90,11 +90,11 @@ class _Scope:
         self.later = tuple(later)
         self.here = tuple(here)
 
-    def guarded(self) -> _Scope:
-        return _Scope(self.anywhere, self.later, self.later)
+    def guarded(self) -> Scope:
+        return Scope(self.anywhere, self.later, self.later)
 
-    def closed(self) -> _Scope:
-        return _Scope(self.anywhere)
+    def closed(self) -> Scope:
+        return Scope(self.anywhere)
 
 
 # How often each operator is chosen. The first is what a failing example shrinks to.
@@ -129,7 +129,7 @@ class Generator:
         definitions: list[Reference] = []
         for _ in range(self.choose(3) if size > 2 else 0):
             definitions = definitions[-1:] + self.definitions(size, definitions)
-        return self.term(size, _Scope(definitions))
+        return self.term(size, Scope(definitions))
 
     def definitions(self, size: int, below: Sequence[Reference]) -> list[Reference]:
         if self.choose(2):
@@ -137,7 +137,7 @@ class Generator:
         number = 1 + self.choose(2)
 
         def bodies(itself: tuple[Reference, ...]) -> list[Process]:
-            return [self.term(2 + self.choose(max(1, size)), _Scope(below, itself)) for _ in itself]
+            return [self.term(2 + self.choose(max(1, size)), Scope(below, itself)) for _ in itself]
 
         return define(bodies, number)
 
@@ -172,14 +172,14 @@ class Generator:
                 last = branches[-1]
                 return SlidingChoice(ExternalChoice(tuple(branches[:-1])) if len(branches) > 2 else branches[0], last)
 
-    def term(self, size: int, scope: _Scope) -> Process:
+    def term(self, size: int, scope: Scope) -> Process:
         if size <= 1:
             return self.leaf(scope)
         operator = _OPERATORS[self.choose(len(_OPERATORS))]
         term: Process = getattr(self, operator)(size - 1, scope)
         return term
 
-    def leaf(self, scope: _Scope) -> Process:
+    def leaf(self, scope: Scope) -> Process:
         names = scope.here + scope.anywhere
         if names and self.choose(6):
             return names[self.choose(len(names))]
@@ -215,79 +215,79 @@ class Generator:
         bits = self.choose(1 << self.letters)
         return EventSet.of(e for i, e in enumerate(EVENTS) if bits >> i & 1)
 
-    def two(self, size: int, left: _Scope, right: _Scope) -> tuple[Process, Process]:
+    def two(self, size: int, left: Scope, right: Scope) -> tuple[Process, Process]:
         share = 1 + self.choose(max(1, size - 1))
         return self.term(share, left), self.term(max(1, size - share), right)
 
-    def operands(self, size: int, scope: _Scope) -> tuple[Process, ...]:
+    def operands(self, size: int, scope: Scope) -> tuple[Process, ...]:
         if size > 2 and self.choose(6) == 5:
             return tuple(self.term(max(1, size // 3), scope) for _ in range(3))
         return self.two(size, scope, scope)
 
-    def prefix(self, size: int, scope: _Scope) -> Process:
+    def prefix(self, size: int, scope: Scope) -> Process:
         return prefix(self.event(), self.term(size, scope.guarded()))
 
-    def input(self, size: int, scope: _Scope) -> Process:
+    def input(self, size: int, scope: Scope) -> Process:
         offered = list(self.events()) or [self.event()]
         following = [self.term(max(1, size // len(offered)), scope.guarded()) for _ in offered]
         return Prefix(tuple(zip(offered, following, strict=True)))
 
-    def external(self, size: int, scope: _Scope) -> Process:
+    def external(self, size: int, scope: Scope) -> Process:
         return ExternalChoice(self.operands(size, scope))
 
-    def internal(self, size: int, scope: _Scope) -> Process:
+    def internal(self, size: int, scope: Scope) -> Process:
         return InternalChoice(self.operands(size, scope))
 
-    def sliding(self, size: int, scope: _Scope) -> Process:
+    def sliding(self, size: int, scope: Scope) -> Process:
         return SlidingChoice(*self.two(size, scope, scope))
 
-    def interrupt(self, size: int, scope: _Scope) -> Process:
+    def interrupt(self, size: int, scope: Scope) -> Process:
         return Interrupt(*self.two(size, scope.closed(), scope))
 
-    def throw(self, size: int, scope: _Scope) -> Process:
+    def throw(self, size: int, scope: Scope) -> Process:
         left, right = self.two(size, scope.closed(), scope.guarded())
         return Throw(left, self.events(), right)
 
-    def sequential(self, size: int, scope: _Scope) -> Process:
+    def sequential(self, size: int, scope: Scope) -> Process:
         if self.choose(3) == 2:
             first = prefix(self.event(), SKIP)
             return Sequential(first, self.term(size, scope.guarded()))
         return Sequential(*self.two(size, scope.closed(), scope))
 
-    def parallel(self, size: int, scope: _Scope) -> Process:
+    def parallel(self, size: int, scope: Scope) -> Process:
         return Parallel(self.events(), self.operands(size, scope.closed()))
 
-    def interleave(self, size: int, scope: _Scope) -> Process:
+    def interleave(self, size: int, scope: Scope) -> Process:
         return Parallel(EventSet(), self.operands(size, scope.closed()))
 
-    def alphabetised(self, size: int, scope: _Scope) -> Process:
+    def alphabetised(self, size: int, scope: Scope) -> Process:
         operands = self.operands(size, scope.closed())
         return AlphabetisedParallel(tuple(self.events() for _ in operands), operands)
 
-    def linked(self, size: int, scope: _Scope) -> Process:
+    def linked(self, size: int, scope: Scope) -> Process:
         left, right = self.two(size, scope.closed(), scope.closed())
         first, second = self.choose(self.letters), self.choose(self.letters)
         number = 1 + self.choose(self.letters)
         links = [(EVENTS[(first + i) % self.letters], EVENTS[(second + i) % self.letters]) for i in range(number)]
         return LinkedParallel(left, tuple(sorted(links)), right)
 
-    def hide(self, size: int, scope: _Scope) -> Process:
+    def hide(self, size: int, scope: Scope) -> Process:
         return Hide(self.term(size, scope.closed()), self.events())
 
-    def project(self, size: int, scope: _Scope) -> Process:
+    def project(self, size: int, scope: Scope) -> Process:
         return Project(self.term(size, scope.closed()), self.events())
 
-    def compressed(self, size: int, scope: _Scope) -> Process:
+    def compressed(self, size: int, scope: Scope) -> Process:
         return Compressed(COMPRESSIONS[self.choose(len(COMPRESSIONS))], self.term(size, scope.closed()))
 
-    def rename(self, size: int, scope: _Scope) -> Process:
+    def rename(self, size: int, scope: Scope) -> Process:
         pairs = {(self.event(), self.event()) for _ in range(1 + self.choose(3))}
         return Rename(self.term(size, scope.closed()), tuple(sorted(pairs)))
 
-    def synchronising_choice(self, size: int, scope: _Scope) -> Process:
+    def synchronising_choice(self, size: int, scope: Scope) -> Process:
         return SynchronisingChoice(self.events(), self.operands(size, scope.closed()))
 
-    def synchronising_interrupt(self, size: int, scope: _Scope) -> Process:
+    def synchronising_interrupt(self, size: int, scope: Scope) -> Process:
         left, right = self.two(size, scope.closed(), scope.closed())
         return SynchronisingInterrupt(left, self.events(), right)
 
@@ -304,7 +304,7 @@ def processes(max_size: int = 6, letters: int = 3) -> st.SearchStrategy[Process]
 
 def finite_processes(max_size: int = 6, letters: int = 3) -> st.SearchStrategy[Process]:
     """Random processes without names (RUN and CHAOS may occur)."""
-    return _chosen(lambda choose: Generator(choose, letters).term(1 + choose(max_size), _Scope()))
+    return _chosen(lambda choose: Generator(choose, letters).term(1 + choose(max_size), Scope()))
 
 
 def event_sets(letters: int = 3) -> st.SearchStrategy[EventSet]:

@@ -20,7 +20,7 @@ from cspm.process import (
     Reference,
     SlidingChoice,
 )
-from tests.reference.processes import Generator, _Scope, define
+from tests.reference.processes import Generator, Scope, define
 
 
 def parts(process: Process) -> list[Process]:
@@ -115,7 +115,7 @@ def relative(process: Process, rng: random.Random, letters: int = 3) -> Process:
 
 def _changed(process: Process, rng: random.Random, letters: int) -> Process:
     subterm, put = rng.choice(list(positions(process)))
-    fresh = Generator(rng.randrange, letters).term(rng.randrange(1, 4), _Scope())
+    fresh = Generator(rng.randrange, letters).term(rng.randrange(1, 4), Scope())
     ways: list[Callable[[], Process]] = [
         lambda: fresh,
         lambda: InternalChoice((subterm, fresh)),

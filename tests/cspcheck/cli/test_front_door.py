@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -205,9 +204,6 @@ class TestStart:
         done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
 
         assert done.stdout.splitlines()[-1] in ("[]", "['cspm']")
-
-    def test_help_is_there_at_once(self, cpu_seconds: Callable[..., float]) -> None:
-        assert cpu_seconds("-m", "cspcheck", "--help") < 0.3
 
     def test_the_package_imports_nothing_of_ours(self, environment: dict[str, str]) -> None:
         code = (

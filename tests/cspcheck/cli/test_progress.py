@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import io
+import time
 from dataclasses import dataclass
 
 import pytest
 
-from cspcheck.cli.progress import ProgressLine
+from cspcheck.cli.progress import Heartbeat, ProgressLine
 from cspcheck.report.style import Style
 
 
@@ -33,9 +34,9 @@ def run(times: list[float], *, live: bool = True, quiet: bool = False, width: in
     stream, clock = io.StringIO(), Clock()
     line = ProgressLine(stream.write, Style(width=width), live=live, quiet=quiet, clock=clock)
     line.begin("SYSTEM :[deadlock free [FD]]")
-    for time in times:
-        clock.now = 100.0 + time
-        line.progress(Progress(int(1000 * time)))  # type: ignore[arg-type]
+    for moment in times:
+        clock.now = 100.0 + moment
+        line.progress(Progress(int(1000 * moment)))  # type: ignore[arg-type]
     line.done()
     return stream.getvalue()
 
@@ -82,6 +83,52 @@ def test_a_notice_takes_the_live_line_away_first() -> None:
     line.notify("compiling")
 
     assert stream.getvalue().endswith("\r\x1b[Kcompiling\n")
+
+
+def test_work_that_tells_nothing_shows_its_time() -> None:
+    stream, clock = io.StringIO(), Clock()
+    line = ProgressLine(stream.write, Style(), live=True, clock=clock)
+    line.begin("reading large.csp")
+    for _ in range(6):
+        clock.now += 0.5
+        line.beat()
+    line.done()
+    clock.now += 10
+    line.beat()
+
+    assert stream.getvalue().split("\r\x1b[K") == [
+        "",
+        "reading large.csp: 1 s",
+        "reading large.csp: 2 s",
+        "reading large.csp: 2 s",
+        "reading large.csp: 2 s",
+        "reading large.csp: 3 s",
+        "",
+    ]
+
+
+def test_a_beat_does_not_hide_the_numbers_of_a_search() -> None:
+    stream, clock = io.StringIO(), Clock()
+    line = ProgressLine(stream.write, Style(), live=True, clock=clock)
+    line.begin("P")
+    for _ in range(10):
+        clock.now += 0.3
+        line.progress(Progress(5))  # type: ignore[arg-type]
+        clock.now += 0.3
+        line.beat()
+
+    assert all("states" in shown for shown in stream.getvalue().split("\r\x1b[K")[1:])
+
+
+def test_the_heart_beats_until_the_end() -> None:
+    beats: list[float] = []
+    with Heartbeat(lambda: beats.append(time.monotonic())):
+        time.sleep(0.7)
+    count = len(beats)
+    time.sleep(0.3)
+
+    assert count >= 1
+    assert len(beats) == count
 
 
 def test_each_check_has_its_own_second() -> None:

@@ -1,0 +1,12 @@
+"""What holds for all tests."""
+
+from __future__ import annotations
+
+from hypothesis import HealthCheck, settings
+
+# Scripts in the corpus are material for the tests of the language; many of them are wrong on purpose.
+collect_ignore_glob = ["corpus/*"]
+
+# A loaded machine is no reason for a test to fail.
+settings.register_profile("default", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("default")

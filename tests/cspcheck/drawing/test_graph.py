@@ -1,0 +1,93 @@
+"""``cspcheck graph`` from a shell: what is drawn, in which formats, and what is refused."""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import pytest
+
+from cspcheck.cli import run
+
+SPECS = Path(__file__).resolve().parents[3] / "specs"
+ROV = str(SPECS / "rov" / "rov.csp")
+PHILOSOPHERS = str(SPECS / "classics" / "philosophers.csp")
+
+
+def texts(path: Path) -> list[str]:
+    """All words in an SVG, in order."""
+    root = ElementTree.parse(path).getroot()
+    return [element.text for element in root.iter() if element.text and element.text.strip()]
+
+
+def test_a_machine_is_drawn_with_all_its_states_and_labels(tmp_path: Path) -> None:
+    picture = tmp_path / "move.svg"
+
+    assert run(["graph", ROV, "Move", "-o", str(picture)]) == 0
+    words = texts(picture)
+    assert [word for word in words if word.isdigit()] == ["0", "1", "2", "3"]
+    assert {"s1_move", "avoid_move", "getNextMovement", "move_s2"} <= set(words)
+
+
+def test_an_architecture_joins_the_components_that_share_a_channel(tmp_path: Path) -> None:
+    picture = tmp_path / "rov.svg"
+
+    assert run(["graph", ROV, "ROV_Control_Module", "--architecture", "-o", str(picture)]) == 0
+    words = texts(picture)
+    assert {"BaseReader", "Remote", "S1", "Move", "S2", "Actuator", "Sonar"} <= set(words)
+    assert words.count("move_s2") == 1
+    assert "own: getSonar, saveSonar, getNextExecutionSnr" in words
+
+
+def test_a_counterexample_is_drawn_as_a_chart_with_a_row_for_each_event(tmp_path: Path) -> None:
+    picture = tmp_path / "deadlock.svg"
+    arguments = ["graph", PHILOSOPHERS, "Symmetric :[deadlock free]", "--trace", "-D", "N=2", "-o", str(picture)]
+
+    assert run(arguments) == 0
+    words = texts(picture)
+    assert words[-7:-1] == ["thinks.0", "thinks.1", "sits.0", "sits.1", "picks.0.0", "picks.1.1"]
+    assert words[-1] == "then nothing more can happen"
+
+
+def test_dot_has_a_node_a_state_and_an_edge_a_pair_of_states(tmp_path: Path) -> None:
+    picture = tmp_path / "compass.dot"
+
+    assert run(["graph", ROV, "Compass", "-o", str(picture)]) == 0
+    text = picture.read_text()
+    assert re.findall(r"n\d -> n\d", text) == ["n0 -> n1", "n1 -> n2", "n2 -> n0"]
+
+
+def test_html_holds_the_picture(tmp_path: Path) -> None:
+    picture = tmp_path / "compass.html"
+
+    assert run(["graph", ROV, "Compass", "-o", str(picture)]) == 0
+    assert "<svg" in picture.read_text()
+    assert "getDirection" in picture.read_text()
+
+
+def test_without_a_file_the_svg_goes_to_standard_output(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["graph", ROV, "Compass"]) == 0
+    assert capsys.readouterr().out.startswith("<svg")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            ["ROV_Control_Module"],
+            "error[CSP910]: `ROV_Control_Module` has more than 300 states, too many for a picture",
+        ),
+        (["Compass", "-o", "compass.png"], "error[CSP911]: no picture format for `compass.png`"),
+        (
+            ["Compass :[deadlock free]", "--trace"],
+            "error[CSP912]: `Compass :[deadlock free]` has no counterexample to draw: its verdict is pass",
+        ),
+        (["Compas"], "error[CSP201]: `Compas` is not defined"),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused_in_words(
+    arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["graph", ROV, *arguments]) == 2
+    assert capsys.readouterr().err.splitlines()[0] == message

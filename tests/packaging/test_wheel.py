@@ -1,0 +1,70 @@
+"""What users install is the wheel: built, unpacked away from the source tree, and run from there."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder that holds what the wheel installs."""
+    folder = tmp_path_factory.mktemp("wheel")
+    subprocess.run(
+        [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)],
+        cwd=ROOT,
+        check=True,
+        capture_output=True,
+    )
+    (wheel,) = folder.glob("cspcheck-*.whl")
+    target = folder / "site"
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(target)
+    return target
+
+
+def run(installed: Path, folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": str(installed), "PYTHONSAFEPATH": "1", "PYTHONIOENCODING": "utf-8"}
+    return subprocess.run(
+        [sys.executable, "-m", "cspcheck", *arguments],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        encoding="utf-8",
+        check=False,
+    )
+
+
+def test_the_wheel_holds_our_packages_their_data_and_the_examples(installed: Path) -> None:
+    tops = {path.name for path in installed.iterdir() if path.suffix != ".dist-info"}
+
+    assert tops == {"cspm", "checker", "codegen", "cspcheck"}
+    for package in tops:
+        assert (installed / package / "py.typed").is_file()
+    assert (installed / "cspm" / "grammar" / "cspm.lark").is_file()
+    assert (installed / "cspcheck" / "specs" / "rov" / "rov.csp").is_file()
+
+
+def test_an_installed_cspcheck_copies_and_checks_its_examples(installed: Path, tmp_path: Path) -> None:
+    copied = run(installed, tmp_path, "examples", "producer_consumer", "--copy", str(tmp_path / "here"))
+    assert copied.returncode == 0, copied.stderr
+
+    (script,) = (tmp_path / "here").rglob("producer_consumer.csp")
+    checked = run(installed, tmp_path, str(script))
+
+    assert checked.returncode == 0, checked.stderr
+    assert "6 pass, 1 fail, all as expected" in checked.stdout
+
+
+def test_the_wheel_declares_the_command_and_the_pytest_plugin(installed: Path) -> None:
+    (entries,) = installed.glob("cspcheck-*.dist-info/entry_points.txt")
+
+    assert "cspcheck = cspcheck.cli:main" in entries.read_text()
+    assert "cspcheck = cspcheck.pytest_plugin" in entries.read_text()
