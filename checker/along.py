@@ -17,23 +17,23 @@ from cspm.events import TAU, TICK, EventTable
 from cspm.process import Process
 
 
-def chain(trace: Sequence[int], model: Semantics) -> NormalForm:
+def chain(trace: Sequence[int], model: Semantics, *, beyond: bool) -> NormalForm:
     """The specification of one trace: node ``i`` allows its ``i``-th event only and insists on nothing.
 
-    In FD everything is allowed after the trace, so that nothing there is looked at.
+    Unless what lies *beyond* the trace is of interest, everything is allowed there, so that none of it is explored.
     """
     length = len(trace)
     events = np.unique(np.array(trace, dtype=np.int64))
-    divergent = np.zeros(length + 1, dtype=np.bool_)
-    divergent[length] = model == "FD"
+    open_end = np.zeros(length + 1, dtype=np.bool_)
+    open_end[length] = not beyond
     return NormalForm(
         model,
         events,
         np.minimum(np.arange(length + 2), length),
         np.searchsorted(events, np.array(trace, dtype=np.int64)).astype(np.int32),
         np.arange(1, length + 1, dtype=np.int32),
-        divergent,
-        divergent.astype(np.int32),
+        open_end,
+        open_end.astype(np.int32),
         (((),), ()),
     )
 
@@ -44,14 +44,17 @@ class Along:
     Attributes:
         process: the process.
         events: names the events.
-        pairs: the exploration; level ``i`` holds the states after the first ``i`` events of the trace.
+        pairs: the exploration; level ``i`` holds the states after the first ``i`` events of the trace. The last level
+            has those that the last event leads to; those that taus lead to from there only if *beyond* was asked for.
     """
 
-    def __init__(self, context: Context, process: Process, trace: Sequence[int], model: Semantics) -> None:
+    def __init__(
+        self, context: Context, process: Process, trace: Sequence[int], model: Semantics, *, beyond: bool
+    ) -> None:
         self.process = process
         self.events: EventTable = context.events
         self.pairs: PairExploration = context.machines.pairs(
-            chain(trace, model), process, model, context.budget, full=True
+            chain(trace, model, beyond=beyond), process, model, context.budget, full=True
         )
 
     def offers(self, length: int) -> Offers:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -105,7 +106,7 @@ class Behaviour:
         """
         network = self.packed.network
         final = self._local_states()
-        waits_for = self._blocked()
+        waits_for = self._blocked
         behaviours = []
         for number in sorted(set().union(*self._used)):
             slot = network.slots[number]
@@ -129,7 +130,7 @@ class Behaviour:
 
         Of several the one that starts with the earliest component; None if there is none.
         """
-        cycle = shortest_cycle(self._blocked())
+        cycle = shortest_cycle(self._blocked)
         return None if cycle is None else tuple(self.packed.network.slots[slot].name for slot in cycle)
 
     def _cause(self, step: Step) -> int | None:
@@ -157,6 +158,7 @@ class Behaviour:
         network = self.packed.network
         return self.names({local_event(network, label) for label, _ in slot.lts.successors(state)})
 
+    @cached_property
     def _blocked(self) -> Blocked:
         local = self._local_states()
         used = {slot: local[slot] for slot in self._used[-1]}

@@ -15,13 +15,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from checker.acceptances import StateAcceptances
 from checker.along import Along
 from checker.behaviour import visible
 from checker.budget import Incomplete
 from checker.context import Context, in_chunks
 from checker.lts import Int64Array, Lts
 from checker.normal_form import FailuresModel, NormalForm
-from checker.normalisation import Normaliser, StateAcceptances
+from checker.normaliser import Normaliser
 from checker.paths import shortest_path
 from checker.properties import divergence_found
 from checker.replay import can_perform, can_refuse
@@ -192,7 +193,7 @@ def _by_normal_form(context: Context, lts: Lts) -> Trace | None:
 
 def _explained(context: Context, process: Process, trace: Trace) -> Counterexample:
     """The run of *trace* that ends by refusing the first event that is also possible, and one that performs it."""
-    along = Along(context, process, trace, "T")
+    along = Along(context, process, trace, "T", beyond=True)
     if along.pairs.depth < len(trace):
         raise Incomplete(context.budget.shortfall(along.pairs, "end of the trace that shows nondeterminism"))
     offers = along.offers(len(trace))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from checker.jit import Kernels
-from checker.kernel_tables import MAY_REPEAT, Guide, Index, Int32Array, Scratch
+from checker.kernel_tables import MAY_REPEAT, Index, Int32Array, Scratch
 from checker.lts import Int64Array
 from checker.packed import PackedNetwork
 

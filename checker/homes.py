@@ -1,4 +1,7 @@
-"""Which rules a state has to look at: homes, runs of a few neighbouring fields, and the rules that each value allows."""
+"""Which rules a state has to look at.
+
+A home is a run of a few neighbouring fields; it lists for each of its values the rules that the value allows.
+"""
 
 from __future__ import annotations
 
@@ -6,11 +9,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
-from checker.instances import Instances, LocalTransitions, Products, RuleGroup
+from checker.instances import Instances, LocalTransitions, RuleGroup
 from checker.kernel_tables import Index, Int32Array
 from checker.layout import Field, Layout
 from checker.lts import Int64Array
+
+BoolArray = npt.NDArray[np.bool_]
 
 HOME_BITS = 8
 """Neighbouring fields share a home up to this many bits: 256 lists, which the cache holds."""
@@ -148,7 +154,7 @@ class Listings:
         field = self._layout.format if member == FORMAT else self._layout.slots[member]
         return field.shift - self.homes[home].shift
 
-    def index(self, wanted: Callable[[Int64Array], Int64Array], order: Callable[[Int64Array], Int64Array]) -> Index:
+    def index(self, wanted: Callable[[Int64Array], BoolArray], order: Callable[[Int64Array], Int64Array]) -> Index:
         """The lists of the wanted items, each in the given order; homes that list none of them are left out.
 
         Args:
@@ -165,7 +171,7 @@ class Listings:
                 continue
             keys = np.concatenate([listing.keys for listing in mine])
             listed = np.concatenate([listing.items for listing in mine])
-            chosen = wanted(listed).astype(np.bool_)
+            chosen = wanted(listed)
             keys, listed = keys[chosen], listed[chosen]
             if not len(keys):
                 continue

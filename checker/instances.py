@@ -23,7 +23,7 @@ BoolArray = npt.NDArray[np.bool_]
 class LocalTransitions:
     """The transitions of one slot's machine in the order of their labels."""
 
-    __slots__ = ("labels", "sources", "states", "targets", "_source_counts")
+    __slots__ = ("_source_counts", "labels", "sources", "states", "targets")
 
     def __init__(self, lts: Lts) -> None:
         sources = np.repeat(np.arange(lts.states), np.diff(lts.offsets))
@@ -112,7 +112,7 @@ def group_rules(network: Network, local: Sequence[LocalTransitions], events: Int
             ends,
             enabled,
         )
-        possible = (ends > starts).all(axis=1)
+        possible = np.logical_and.reduce(ends > starts, axis=1)
         if possible.any():
             groups.append(group.select(possible))
     return groups
@@ -184,9 +184,7 @@ class Instances:
     set: Int64Array
 
 
-def multiply_out(
-    group: RuleGroup, layout: Layout, local: Sequence[LocalTransitions], causes: Int64Array
-) -> Instances:
+def multiply_out(group: RuleGroup, layout: Layout, local: Sequence[LocalTransitions], causes: Int64Array) -> Instances:
     """The instances of all rules of a group; of equal ones that of the least (cause, rule) alone."""
     lengths = group.ends - group.starts
     sizes = np.prod(lengths, axis=1)

@@ -124,7 +124,7 @@ def _on_views(function: FunctionType) -> Kernel:
 
 def _view(argument: Any) -> Any:
     if isinstance(argument, np.ndarray):
-        return memoryview(argument)
+        return argument.data
     if isinstance(argument, tuple):
         return type(argument)(*map(_view, argument))
     return argument
@@ -221,5 +221,3 @@ def _example(kind: type[Any]) -> Any:
     """A tuple of the given kind, of arrays."""
     dtypes: dict[Any, type[np.generic]] = {Int64Array: np.int64, Int32Array: np.int32, UInt8Array: np.uint8}
     return kind(*(np.zeros(1, dtype=dtypes[field]) for field in get_type_hints(kind).values()))
-
-

@@ -111,7 +111,8 @@ class Guide(NamedTuple):
         divergent: per node, 1 if it allows everything.
         acceptance_set: per node the number of its set of acceptances.
         set_offsets: set ``k`` is the acceptances ``set_offsets[k]:set_offsets[k + 1]``.
-        acceptance_offsets: acceptance ``a`` is the columns ``members[acceptance_offsets[a]:acceptance_offsets[a + 1]]``.
+        acceptance_offsets: acceptance ``a`` is the slice ``acceptance_offsets[a]:acceptance_offsets[a + 1]`` of
+            ``members``, which are columns.
         offered: scratch, an entry per column, none of them the number of a pair to be looked at plus one.
     """
 

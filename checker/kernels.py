@@ -8,8 +8,8 @@ place where a product may is :func:`wrapping_product`.
 A table of visited states is an open-addressing hash table with linear probing of ``2**bits`` entries. An entry is
 -1, or the state's row number in its low ``bits`` bits below a *tag* of further bits of its hash, ``entry_bits`` in
 all: a wrong state is nearly always recognised without looking at its row. A table is cut into
-``2**partition_bits`` equal partitions, each of which one thread may change while others change theirs; the hash
-says which partition a state belongs to, and probing stays within it.
+``2**partition_bits`` equal partitions, each of which one thread may change while others change theirs; probing stays
+within a partition, which therefore can be full before the table is.
 """
 
 from __future__ import annotations
@@ -39,29 +39,16 @@ def hash_of(rows: Any, row: int, stride: int) -> int:
     return h
 
 
-def partition_of(h: int, partition_bits: int) -> int:
-    """The partition that a hash belongs to; mixed once more, so that partitions fill evenly."""
-    return wrapping_product(h ^ (h >> 32), MIXER) >> (63 - partition_bits)
-
-
-def first_place(h: int, bits: int, partition_bits: int) -> int:
-    """Where in the table to look first."""
-    place = h >> (63 - bits + partition_bits)
-    if partition_bits > 0:
-        place |= partition_of(h, partition_bits) << (bits - partition_bits)
-    return place
-
-
-def tag_of(h: int, bits: int, entry_bits: int, partition_bits: int) -> int:
-    """The tag of a hash: the bits next to those that chose the place."""
-    return (h >> (63 - entry_bits + partition_bits)) & ((1 << (entry_bits - bits)) - 1)
+def mixed(h: int) -> int:
+    """Another 63-bit hash from a hash, without regularities."""
+    return wrapping_product(h ^ (h >> 32), MIXER)
 
 
 def same_row(rows: Any, row: int, others: Any, other: int, stride: int) -> bool:
     """Whether two rows are equal."""
     if rows[row * stride] != others[other * stride]:
         return False
-    for w in range(1, stride):
+    for w in range(1, stride):  # noqa: SIM110 (numba has no all)
         if rows[row * stride + w] != others[other * stride + w]:
             return False
     return True
@@ -96,15 +83,18 @@ def insert(
         numbers: if not empty, ``numbers[i]`` becomes the number of the state in row ``i`` of *targets*.
 
     Returns:
-        The first row not added (*end* if all were), and how many states there are now.
+        The first row not added for want of room in its partition or altogether (*end* if all were added), and how
+        many states there are now.
     """
     index_mask = (1 << bits) - 1
+    tag_mask = (1 << (entry_bits - bits)) - 1
     wrap = (1 << (bits - partition_bits)) - 1
     numbered = len(numbers) > 0
     for j in range(begin, end):
         h = hash_of(targets, j, stride)
-        place = first_place(h, bits, partition_bits)
-        tag = tag_of(h, bits, entry_bits, partition_bits)
+        place = h >> (63 - bits)
+        tag = (h >> (63 - entry_bits)) & tag_mask
+        last = (place & ~wrap) | ((place - 1) & wrap)
         while True:
             entry = table[place]
             if entry < 0:
@@ -119,6 +109,8 @@ def insert(
                 number = entry & index_mask
                 if same_row(states, number, targets, j, stride):
                     break
+            if place == last:
+                return j, known
             place = (place & ~wrap) | ((place + 1) & wrap)
         if numbered:
             numbers[j] = number
@@ -138,20 +130,24 @@ def find(
 ) -> None:
     """The numbers of the first *count* rows of *targets* among the visited states; -1 for those that are not there."""
     index_mask = (1 << bits) - 1
+    tag_mask = (1 << (entry_bits - bits)) - 1
     wrap = (1 << (bits - partition_bits)) - 1
     for j in range(count):
         h = hash_of(targets, j, stride)
-        place = first_place(h, bits, partition_bits)
-        tag = tag_of(h, bits, entry_bits, partition_bits)
-        number = -1
-        while number < 0:
+        place = h >> (63 - bits)
+        tag = (h >> (63 - entry_bits)) & tag_mask
+        last = (place & ~wrap) | ((place - 1) & wrap)
+        numbers[j] = -1
+        while True:
             entry = table[place]
             if entry < 0:
                 break
             if entry >> bits == tag and same_row(states, entry & index_mask, targets, j, stride):
-                number = entry & index_mask
+                numbers[j] = entry & index_mask
+                break
+            if place == last:
+                break
             place = (place & ~wrap) | ((place + 1) & wrap)
-        numbers[j] = number
 
 
 def enter_all(
@@ -164,19 +160,27 @@ def enter_all(
     partition_bits: int,
     first_partition: int,
     last_partition: int,
-) -> None:
-    """Enter those of the distinct states that belong to the given partitions into their empty part of the table."""
+) -> bool:
+    """Enter those of the distinct states that belong to the given partitions into their empty part of the table.
+
+    Returns:
+        Whether the partitions were large enough.
+    """
     wrap = (1 << (bits - partition_bits)) - 1
+    tag_mask = (1 << (entry_bits - bits)) - 1
     for row in range(known):
         h = hash_of(states, row, stride)
-        if partition_bits > 0:
-            partition = partition_of(h, partition_bits)
-            if partition < first_partition or partition >= last_partition:
-                continue
-        place = first_place(h, bits, partition_bits)
+        place = h >> (63 - bits)
+        partition = place >> (bits - partition_bits)
+        if partition < first_partition or partition >= last_partition:
+            continue
+        last = (place & ~wrap) | ((place - 1) & wrap)
         while table[place] >= 0:
+            if place == last:
+                return False
             place = (place & ~wrap) | ((place + 1) & wrap)
-        table[place] = (tag_of(h, bits, entry_bits, partition_bits) << bits) | row
+        table[place] = (((h >> (63 - entry_bits)) & tag_mask) << bits) | row
+    return True
 
 
 def sort_by_owner(
@@ -190,13 +194,13 @@ def sort_by_owner(
     for o in range(2 * owners + 1):
         ends[o] = 0
     for j in range(count):
-        owner = partition_of(hash_of(targets, j, stride), partition_bits) * owners >> partition_bits
+        owner = (hash_of(targets, j, stride) >> (63 - partition_bits)) * owners >> partition_bits
         ends[owner + 1] += 1
     for o in range(owners):
         ends[o + 1] += ends[o]
         ends[owners + 1 + o] = ends[o]
     for j in range(count):
-        owner = partition_of(hash_of(targets, j, stride), partition_bits) * owners >> partition_bits
+        owner = (hash_of(targets, j, stride) >> (63 - partition_bits)) * owners >> partition_bits
         at = ends[owners + 1 + owner]
         ends[owners + 1 + owner] = at + 1
         copy_row(targets, j, outbox, at, stride)
@@ -228,14 +232,17 @@ def claim(
         room: how many there may be.
 
     Returns:
-        The first row not looked at, and how many new states there are now.
+        The first row not added for want of room in its partition or in *fresh* (*end* if all were), and how many new
+        states there are now.
     """
     index_mask = (1 << bits) - 1
+    tag_mask = (1 << (entry_bits - bits)) - 1
     wrap = (1 << (bits - partition_bits)) - 1
     for j in range(begin, end):
         h = hash_of(targets, j, stride)
-        place = first_place(h, bits, partition_bits)
-        tag = tag_of(h, bits, entry_bits, partition_bits)
+        place = h >> (63 - bits)
+        tag = (h >> (63 - entry_bits)) & tag_mask
+        last = (place & ~wrap) | ((place - 1) & wrap)
         while True:
             entry = table[place]
             if entry < 0:
@@ -253,13 +260,13 @@ def claim(
                         break
                 elif same_row(fresh, number - known, targets, j, stride):
                     break
+            if place == last:
+                return j, claimed
             place = (place & ~wrap) | ((place + 1) & wrap)
     return end, claimed
 
 
-def settle(
-    fresh: Any, claimed: int, stride: int, states: Any, first: int, places: Any, table: Any, bits: int
-) -> None:
+def settle(fresh: Any, claimed: int, stride: int, states: Any, first: int, places: Any, table: Any, bits: int) -> None:
     """Give claimed states their final numbers, from *first* on."""
     for i in range(claimed):
         place = places[i]
@@ -270,9 +277,7 @@ def settle(
 
 KERNELS = (
     hash_of,
-    partition_of,
-    first_place,
-    tag_of,
+    mixed,
     same_row,
     copy_row,
     insert,

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from checker.kernels import hash_of, partition_of, same_row
+from checker.kernels import hash_of, mixed, same_row
 
 MAY_REPEAT = 1
 MAY_BRANCH = 2
@@ -20,7 +20,7 @@ def is_repeated(targets: Any, events: Any, start: int, count: int, stride: int, 
     empty.
     """
     mask = len(seen) - 1
-    place = partition_of(hash_of(targets, count, stride), 30) & mask
+    place = (mixed(hash_of(targets, count, stride)) >> 33) & mask
     while seen[place] >= start:
         other = seen[place]
         if events[other] == events[count] and same_row(targets, other, targets, count, stride):

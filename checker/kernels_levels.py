@@ -115,22 +115,25 @@ def peel(
             break
         row = start + queue[head]
         if not at_divergent_node(guide, states, row, stride):
-            if expand(
-                rules,
-                index,
-                words,
-                stride,
-                states,
-                row,
-                row + 1,
-                capacity,
-                0,
-                offsets,
-                targets,
-                events,
-                fired,
-                scratch,
-            ) == row:
+            if (
+                expand(
+                    rules,
+                    index,
+                    words,
+                    stride,
+                    states,
+                    row,
+                    row + 1,
+                    capacity,
+                    0,
+                    offsets,
+                    targets,
+                    events,
+                    fired,
+                    scratch,
+                )
+                == row
+            ):
                 break
             find(targets, offsets[1], stride, states, table, bits, entry_bits, partition_bits, numbers)
             for i in range(offsets[1]):

@@ -13,12 +13,16 @@ REFUSAL = 2
 
 def node_of(guide: Any, rows: Any, row: int, stride: int) -> int:
     """The node in a row."""
-    return (rows[row * stride + guide.word] >> guide.shift) & guide.mask
+    node: int = (rows[row * stride + guide.word] >> guide.shift) & guide.mask
+    return node
 
 
 def at_divergent_node(guide: Any, rows: Any, row: int, stride: int) -> bool:
     """Whether the row's node allows everything; False where there is no specification."""
-    return guide.mask > 0 and guide.divergent[node_of(guide, rows, row, stride)] != 0
+    if guide.mask == 0:
+        return False
+    divergent: int = guide.divergent[node_of(guide, rows, row, stride)]
+    return divergent != 0
 
 
 def node_after(guide: Any, node: int, event: int) -> int:
@@ -35,9 +39,10 @@ def node_after(guide: Any, node: int, event: int) -> int:
             low = middle + 1
         else:
             high = middle
+    after = -1
     if low < end and guide.row_columns[low] == column:
-        return guide.row_targets[low]
-    return -1
+        after = guide.row_targets[low]
+    return after
 
 
 def accepts_enough(guide: Any, node: int, mark: int) -> bool:

@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
+from checker.acceptances import AcceptanceSet, AcceptanceSets, minimal
 from checker.budget import Incomplete
 from checker.lts import Int64Array
 from checker.normal_form import Semantics as Model
-from checker.normalisation import AcceptanceSet, AcceptanceSets, minimal
 from checker.replay import offer
 from checker.transitions import Semantics
 from checker.transitions_rows import Row

@@ -19,7 +19,7 @@ from checker.kernel_tables import Index, UInt8Array
 from checker.lts import Int64Array
 from checker.packed import PackedNetwork
 from checker.pairs import Pairs
-from checker.parallel_search import Crew
+from checker.parallel_search import SHARED_CAPACITY, Crew
 from checker.verdict import Limits
 from checker.visited import Visited
 from checker.worker import Step, Worker, drop_at_divergent_nodes
@@ -31,8 +31,10 @@ INTERPRETED_TRANSITIONS = 8_000
 """A search that has more transitions than this changes to the compiled kernels."""
 INTERPRETED_ROWS = 64
 """Rows that are expanded at a time by interpreted kernels."""
-PARALLEL_ROWS = 16_384
+PARALLEL_ROWS = 4_096
 """Runs of fewer rows are expanded by one thread."""
+NO_LIMITS = Limits()
+"""A search that ends only when everything is explored."""
 PROGRESS_SECONDS = 0.2
 """How often progress is told."""
 
@@ -195,7 +197,7 @@ class LevelSearch:
         step = Step(index, visible, self.visited.rows, start, moved)
         while first < last:
             self._check(last - first)
-            if self._workers > 1 and last - first >= PARALLEL_ROWS:
+            if self._workers > 1 and last - first >= PARALLEL_ROWS and (self._crew is None or self._crew.divided):
                 first = self._share(step, first, last)
                 continue
             most = CAPACITY if self._kernels.compiled else INTERPRETED_ROWS
@@ -209,7 +211,7 @@ class LevelSearch:
     def _share(self, step: Step, first: int, last: int) -> int:
         """Expand rows with all workers; the first row that was left."""
         if self._crew is None:
-            workers = [Worker(self.packed, self.pairs) for _ in range(self._workers)]
+            workers = [Worker(self.packed, self.pairs, capacity=SHARED_CAPACITY) for _ in range(self._workers)]
             self._crew = Crew(workers, self.visited)
             self._crew.divide(self._kernels)
         until = min(last, first + self._crew.rows_per_round)
@@ -224,16 +226,19 @@ class LevelSearch:
             position = self.visited.insert(self._kernels, targets, position, count)
             if position == count:
                 return
-            self._make_room()
+            if self._crew is not None and self.visited.known < self.visited.room:
+                self._crew.relieve(self._kernels, self._make_room)
+            else:
+                self._make_room()
 
     def _make_room(self) -> None:
         """Grow the visited states, as far as the limits allow."""
         limits = self._limits
         if limits.states is not None and self.visited.known > limits.states:
             raise Stopped("states")
-        if limits.memory_bytes is not None:
-            if self._other_bytes() + self.visited.bytes_after_growth() > limits.memory_bytes:
-                raise Stopped("memory")
+        needed = self._other_bytes() + self.visited.bytes_after_growth()
+        if limits.memory_bytes is not None and needed > limits.memory_bytes:
+            raise Stopped("memory")
         self._note_peak()
         if self._crew is not None:
             self._crew.grow(self._kernels)
@@ -271,9 +276,9 @@ class LevelSearch:
                     self._other_bytes() + self.visited.bytes,
                 )
             )
-        if self._may_compile and not self._kernels.compiled:
-            if jit.is_loaded() or self._all_transitions() > INTERPRETED_TRANSITIONS:
-                self._kernels = jit.kernels(True, self._notify)
+        big = jit.is_loaded() or self._all_transitions() > INTERPRETED_TRANSITIONS
+        if self._may_compile and big and not self._kernels.compiled:
+            self._kernels = jit.kernels(True, self._notify)
         if self._kernels.compiled and self._worker.transitions > SMALL_CAPACITY:
             self._worker.expander.reserve(CAPACITY)
 

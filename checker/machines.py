@@ -16,7 +16,8 @@ from checker.composition import MOST_TERMS, Compiler, LimitReached
 from checker.lazy_specification import LazySpecification
 from checker.lts import Lts
 from checker.normal_form import NormalForm, Semantics
-from checker.normalisation import Normaliser, is_deterministic, normalise
+from checker.normalisation import is_deterministic, normalise
+from checker.normaliser import Normaliser
 from checker.packed import PackedNetwork, pack
 from checker.pair_search import PairExploration, explore_pairs
 from checker.search import Exploration, Progress, explore

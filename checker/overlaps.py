@@ -106,8 +106,8 @@ def _same_result(one: _Participation, other: _Participation, local: Sequence[Loc
     cleared = one.cleared | other.cleared
     for slot in (one.slots.keys() & other.slots.keys()) - cleared:
         states = local[slot].states
-        steps = [sources * states + targets for sources, targets in (one.steps(slot, local), other.steps(slot, local))]
-        if not len(np.intersect1d(*steps)):
+        (sources, targets), (other_sources, other_targets) = one.steps(slot, local), other.steps(slot, local)
+        if not len(np.intersect1d(sources * states + targets, other_sources * states + other_targets)):
             return False
     return all(
         slot in _idle_slots(rule, local)

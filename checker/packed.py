@@ -209,9 +209,7 @@ def _terminated(layout: Layout, network: Network) -> Int64Array:
     return np.array(sorted(patterns), dtype=np.int64).reshape(-1, 2, layout.words)
 
 
-def _pattern(
-    layout: Layout, fields: Sequence[Field], values: Sequence[int]
-) -> tuple[tuple[int, ...], tuple[int, ...]]:
+def _pattern(layout: Layout, fields: Sequence[Field], values: Sequence[int]) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """The bits of some fields, and their values in place."""
     mask, value = [0] * layout.words, [0] * layout.words
     for field, number in zip(fields, values, strict=True):

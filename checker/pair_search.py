@@ -14,7 +14,7 @@ import numpy as np
 
 from checker.expansion import Expander
 from checker.kernels_pairs import REFUSAL
-from checker.level_search import LevelSearch, Progress
+from checker.level_search import NO_LIMITS, LevelSearch, Progress
 from checker.lts import Int64Array
 from checker.normal_form import NormalForm, Semantics
 from checker.packed import PackedNetwork
@@ -131,7 +131,7 @@ def explore_pairs(
     model: Semantics,
     *,
     full: bool = False,
-    limits: Limits = Limits(),
+    limits: Limits = NO_LIMITS,
     workers: int = 1,
     progress: Callable[[Progress], None] | None = None,
     notify: Callable[[str], None] | None = None,

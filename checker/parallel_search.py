@@ -23,6 +23,8 @@ PARTITION_BITS = 6
 """The table is cut into this many partitions, to the power of two."""
 DIVIDED_BITS = 16
 """The least size of a table that is cut, so that partitions are large enough to fill evenly."""
+SHARED_CAPACITY = 1 << 17
+"""Transitions that a worker's buffers hold at first: more between two meetings, and it still fits a cache."""
 CLAIMED = 1 << 15
 """New states that an owner can take before they are settled."""
 MOST_ROWS = 1 << 15
@@ -79,7 +81,6 @@ class Crew:
 
     Attributes:
         workers: those who expand.
-        rows_per_round: how many rows are worth a round, by the experience of earlier rounds.
     """
 
     def __init__(self, workers: list[Worker], visited: Visited) -> None:
@@ -89,6 +90,7 @@ class Crew:
         self._outboxes: list[Int64Array] = [np.empty(0, dtype=np.int64) for _ in workers]
         self._ends = [np.zeros(2 * len(workers) + 1, dtype=np.int64) for _ in workers]
         self._rows = 1 << 10
+        self._partition_bits = PARTITION_BITS
         self._pool = ThreadPoolExecutor(max(1, len(workers) - 1), thread_name_prefix="search")
 
     @property
@@ -118,6 +120,11 @@ class Crew:
         result = mine()
         return [result, *(future.result() for future in futures)]
 
+    @property
+    def divided(self) -> bool:
+        """Whether the table is cut, which the workers need to share it."""
+        return self._partition_bits > 0
+
     def divide(self, kernels: Kernels) -> None:
         """Cut the table into partitions."""
         self._rebuild(kernels, max(self._visited.bits, DIVIDED_BITS))
@@ -126,8 +133,17 @@ class Crew:
         """Make room for twice as many states."""
         self._rebuild(kernels, self._visited.bits + 1)
 
+    def relieve(self, kernels: Kernels, make_room: Callable[[], None]) -> None:
+        """Do something about a full partition: a larger table, or an undivided one if that alone is not the reason."""
+        if self._visited.known < self._visited.room >> 3:
+            self._partition_bits = 0
+            self._rebuild(kernels, self._visited.bits)
+        else:
+            make_room()
+
     def _rebuild(self, kernels: Kernels, bits: int) -> None:
-        self._visited.rebuild(kernels, bits, PARTITION_BITS, self.together, len(self.workers))
+        self._visited.rebuild(kernels, bits, self._partition_bits, self.together, len(self.workers))
+        self._partition_bits = self._visited.partition_bits
 
     def round(self, kernels: Kernels, step: Step, first: int, last: int, make_room: Callable[[], None]) -> None:
         """Expand the rows *first* to *last* and add their successors.
@@ -149,6 +165,8 @@ class Crew:
             pending.extend(left)
             short = short or bool(left)
             self._take_in(kernels, range(len(ranges)), make_room)
+        if not self.divided:
+            return
         fill = max(worker.expander.count / worker.expander.capacity for worker in self.workers)
         if short:
             self._rows = max(64, self._rows // 2)
@@ -166,7 +184,7 @@ class Crew:
                 made.targets,
                 made.count,
                 made.stride,
-                PARTITION_BITS,
+                self._visited.partition_bits,
                 len(self.workers),
                 self._ends[number],
                 self._outboxes[number],
@@ -184,14 +202,28 @@ class Crew:
         while any(owner.waiting for owner in owners):
             if visited.room - visited.known < 64 * len(owners):
                 make_room()
+            if not self.divided:
+                self._take_in_alone(kernels, make_room)
+                return
             quota = (visited.room - visited.known) // len(owners)
             self.together(_claiming(owner, kernels, visited, quota) for owner in owners)
             firsts = visited.known + np.cumsum([0, *(owner.claimed for owner in owners)])
             self.together(
-                _settling(owner, kernels, visited, first)
-                for owner, first in zip(owners, firsts.tolist(), strict=False)
+                _settling(owner, kernels, visited, first) for owner, first in zip(owners, firsts.tolist(), strict=False)
             )
             visited.known = int(firsts[-1])
+            if any(owner.waiting and owner.claimed < min(quota, CLAIMED) for owner in owners):
+                self.relieve(kernels, make_room)
+
+    def _take_in_alone(self, kernels: Kernels, make_room: Callable[[], None]) -> None:
+        """Add what all owners are waiting for, in this thread."""
+        for owner in self._owners:
+            for outbox, begin, end in owner.waiting:
+                while begin < end:
+                    begin = self._visited.insert(kernels, outbox, begin, end)
+                    if begin < end:
+                        make_room()
+            owner.waiting = []
 
 
 def _claiming(owner: Owner, kernels: Kernels, visited: Visited, quota: int) -> Callable[[], None]:

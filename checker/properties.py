@@ -83,7 +83,7 @@ def has_trace(context: Context, process: Process, trace: Sequence[int], model: S
     that only diverges there refuses nothing; in FD a divergence before the end of the trace is a failure too, since
     nothing can be relied on after it. What happens after the whole trace does not matter.
     """
-    along = Along(context, process, trace, model)
+    along = Along(context, process, trace, model, beyond=False)
     pairs, budget = along.pairs, context.budget
     counts = int(pairs.levels[-1]), pairs.transitions
     for length, event in enumerate(trace):

@@ -17,10 +17,15 @@ _WORD = (1 << 64) - 1
 
 def gather_rows(offsets: Int64Array, rows: Int64Array) -> Int64Array:
     """The indices of all entries of the given rows of compressed sparse rows, row after row."""
-    lengths = offsets[rows + 1] - offsets[rows]
-    ends = np.cumsum(lengths)
-    total = int(ends[-1]) if len(ends) else 0
-    indices: Int64Array = np.arange(total) - np.repeat(ends - lengths - offsets[rows], lengths)
+    return gather_spans(offsets[rows], offsets[rows + 1])
+
+
+def gather_spans(starts: Int64Array, ends: Int64Array) -> Int64Array:
+    """The indices in all the half-open spans from *starts* to *ends*, span after span."""
+    lengths = ends - starts
+    before = np.cumsum(lengths) - lengths
+    total = int(lengths.sum())
+    indices: Int64Array = np.arange(total) + np.repeat(starts - before, lengths)
     return indices
 
 

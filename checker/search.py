@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from checker.level_search import LevelSearch, Progress, StopReason
+from checker.level_search import NO_LIMITS, LevelSearch, Progress, StopReason
 from checker.lts import Int64Array, Lts
 from checker.packed import PackedNetwork
 from checker.tau_cycles import divergent_states, tau_cyclic_states
@@ -137,9 +137,7 @@ class Exploration:
     def successors(self, indices: Int64Array) -> Successors:
         """The transitions of some states."""
         rows = self.walk.rows(indices)
-        return _distinct(
-            self.packed, transitions_of(self.packed, self.walk.pairs, rows), len(indices), self._states_of
-        )
+        return _distinct(self.packed, transitions_of(self.packed, self.walk.pairs, rows), len(indices), self._states_of)
 
     def _states_of(self, rows: Int64Array) -> Int64Array:
         """The packed states in flat rows of the search."""
@@ -175,7 +173,7 @@ class Exploration:
 def explore(
     packed: PackedNetwork,
     *,
-    limits: Limits = Limits(),
+    limits: Limits = NO_LIMITS,
     workers: int = 1,
     stop_at_deadlock: bool = False,
     stop_at_divergence: bool = False,
@@ -251,9 +249,7 @@ def _distinct(
     fresh = _first_of_runs([column[order] for column in (found.sources, found.events, *words)])
     kept = order[fresh]
     offsets = np.concatenate([[0], np.cumsum(np.bincount(found.sources[kept], minlength=size))]).astype(np.int64)
-    return Successors(
-        offsets, packed.events[found.events[kept]], targets[kept], found.rules[kept], found.nodes[kept]
-    )
+    return Successors(offsets, packed.events[found.events[kept]], targets[kept], found.rules[kept], found.nodes[kept])
 
 
 def _first_of_runs(keys: tuple[Int64Array, ...] | list[Int64Array]) -> Int64Array:

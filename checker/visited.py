@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,11 @@ WIDE_BITS = 31
 """Tables of this many bits and more have 64-bit entries."""
 
 NO_NUMBERS: Int64Array = np.zeros(0, dtype=np.int64)
+
+
+def one_after_another(jobs: Iterable[Callable[[], Any]]) -> list[Any]:
+    """Run jobs in this thread; their results."""
+    return [job() for job in jobs]
 
 
 class Visited:
@@ -79,17 +85,21 @@ class Visited:
 
     def grow(self, kernels: Kernels) -> None:
         """Make room for at least twice as many."""
-        self.rebuild(kernels, self.bits + (2 if self.bits < 20 else 1), self.partition_bits)
+        self.rebuild(kernels, self.bits + (2 if self.bits < 20 else 1), 0)
 
     def rebuild(
         self,
         kernels: Kernels,
         bits: int,
         partition_bits: int,
-        together: Callable[[Iterable[Callable[[], Any]]], Any] = lambda jobs: [job() for job in jobs],
+        together: Callable[[Iterable[Callable[[], Any]]], list[Any]] = one_after_another,
         workers: int = 1,
     ) -> None:
-        """Change to a table of another size or partition; *together* runs the jobs of that many workers."""
+        """Change to a table of another size or division; *together* runs the jobs of that many workers.
+
+        Should the states fall into the partitions so unevenly that one of them cannot hold its own, the table ends up
+        undivided.
+        """
         self.note_peak()
         # The old table goes before the new arrays come: the rows are enough to make another.
         del self.table
@@ -110,13 +120,16 @@ class Visited:
                 last,
             )
 
-        together(enter(first, last) for first, last in zip(cuts, cuts[1:], strict=False))
+        if not all(together(enter(first, last) for first, last in pairwise(cuts))):
+            self.table.fill(-1)
+            self.partition_bits = 0
+            enter(0, 1)()
         self.note_peak()
 
     def insert(
         self, kernels: Kernels, targets: Int64Array, begin: int, end: int, numbers: Int64Array = NO_NUMBERS
     ) -> int:
-        """Add rows as long as there is room; the first row not added."""
+        """Add rows as long as there is room; the first row not added, *end* if all were."""
         position: int
         position, self.known = kernels.insert(
             targets,

@@ -53,9 +53,7 @@ class Transitions:
         """Some of them."""
         stride = len(self.targets) // max(1, len(self.sources))
         targets = self.targets.reshape(len(self.sources), stride)[chosen].reshape(-1)
-        return Transitions(
-            self.sources[chosen], self.events[chosen], self.rules[chosen], targets, self.nodes[chosen]
-        )
+        return Transitions(self.sources[chosen], self.events[chosen], self.rules[chosen], targets, self.nodes[chosen])
 
 
 def transitions_of(
@@ -78,8 +76,10 @@ def transitions_of(
             parts.append((sources, events, fired, made.targets[: count * stride].copy()))
             first = reached
     sources, events, fired, targets = (
-        np.concatenate([np.zeros(0, dtype=np.int64), *columns]) for columns in zip(*parts, strict=True)
-    ) if parts else (np.zeros(0, dtype=np.int64),) * 4
+        (np.concatenate([np.zeros(0, dtype=np.int64), *columns]) for columns in zip(*parts, strict=True))
+        if parts
+        else (np.zeros(0, dtype=np.int64),) * 4
+    )
     found = Transitions(sources, events, fired, targets, np.zeros(len(sources), dtype=np.int64))
     if pairs is not None:
         found = _with_nodes(kernels, pairs, rows, found)

@@ -12,7 +12,6 @@ from cspm.types import (
     ATOMS,
     CONSTRAINT_NAMES,
     Constraints,
-    Dot,
     Dotable,
     Extendable,
     Function,
@@ -135,10 +134,10 @@ def read_signature(text: str) -> Scheme:
 
 
 class _Reader:
-    """Reads one signature, by recursive descent; levels of binding are those of the language reference."""
+    """Reads one signature, by recursive descent."""
 
     def __init__(self, text: str) -> None:
-        self._tokens: list[str] = re.findall(r"\(\||\|\)|->|=>\*|=>|[{}<>(),.]|\w+", text)
+        self._tokens: list[str] = re.findall(r"\(\||\|\)|->|=>\*|=>|[{}<>(),]|\w+", text)
         self._next = 0
         self._variables: dict[str, Variable] = {}
 
@@ -174,20 +173,13 @@ class _Reader:
         return self._next < len(self._tokens) and self._tokens[self._next] == token
 
     def _type(self) -> Type:
-        left = self._dots()
+        left = self._plain()
         if self._at("=>"):
             self._take()
             return Dotable(left, self._type())
         if self._at("=>*"):
             self._take()
             return Extendable(left, self._type())
-        return left
-
-    def _dots(self) -> Type:
-        left = self._plain()
-        if self._at("."):
-            self._take()
-            return Dot(left, self._dots())
         return left
 
     def _plain(self) -> Type:
@@ -197,7 +189,7 @@ class _Reader:
         if token == "<":
             return self._closed(SequenceOf, ">")
         if token == "(|":
-            key = self._dots()
+            key = self._plain()
             self._take("=>")
             value = self._type()
             self._take("|)")

@@ -12,7 +12,6 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from difflib import SequenceMatcher
 from typing import Final, Literal
 
 from cspm import syntax as s
@@ -28,6 +27,8 @@ STEP: Final = 4
 
 _CLOSERS: Final = frozenset(["exports", "endmodule", "}", "|}", ")", "|)", "]", "]]", "|]", "SEQUENCE_CLOSE", "within"])
 """Before these a comment belongs to what is closed, and is indented like it."""
+
+_OPENERS: Final = frozenset(["(", "{", "SEQUENCE_OPEN"])
 
 
 def format_source(source: Source, *, width: int = WIDTH) -> str:
@@ -79,8 +80,8 @@ class _Hints:
         if text.startswith("--", start):
             return True
         before = text[text.rfind("\n", 0, start) + 1 : start]
-        behind = text[end:].split("\n", 1)[0]
-        return not before.strip() and not behind.strip()
+        behind = text.find("\n", end)
+        return not before.strip() and not text[end : behind if behind >= 0 else len(text)].strip()
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,7 +181,7 @@ def _gap(
         elif not at_start:
             if comment.to_line_end:
                 ending = comment
-            else:
+            elif blank or made.kinds[place - 1] not in _OPENERS:
                 yield " ", None
         yield comment.text, ending
         at_start = False
@@ -219,7 +220,7 @@ class _Row:
     def indent(self, place: int) -> int:
         """The indentation of the line of the token before *place*."""
         start = self.starts[place - 1]
-        line = self.text[self.text.rfind("\n", 0, start) + 1 :]
+        line = self.text[self.text.rfind("\n", 0, start) + 1 : start]
         return len(line) - len(line.lstrip(" "))
 
     def comments(self, gap: int) -> list[_Comment]:
@@ -252,16 +253,13 @@ def _aligned(source: _Row, made: _Row) -> dict[int, list[int]]:
 
     The two rows of tokens are the same but for brackets in types, of which superfluous ones are not kept.
     """
-    if source.kinds == made.kinds:
-        return {place: [place] for place in range(len(made.kinds))}
     gaps: dict[int, list[int]] = {}
     pending: list[int] = []
-    for match in SequenceMatcher(None, source.kinds, made.kinds, autojunk=False).get_opcodes():
-        tag, first, end, made_first, _ = match
-        for offset in range(end - first):
-            pending.append(first + offset)
-            if tag == "equal":
-                gaps[made_first + offset] = pending
-                pending = []
-    gaps.setdefault(len(made.kinds) - 1, []).extend(pending)
+    place = 0
+    for gap, kind in enumerate(source.kinds):
+        pending.append(gap)
+        if kind == made.kinds[place]:
+            gaps[place] = pending
+            pending = []
+            place += 1
     return gaps

@@ -51,10 +51,10 @@ _BEGINS_DECLARATION: Final = frozenset(
 ) | (KEYWORDS - {"and", "or", "then", "else", "within"})
 """Kinds before which a line break counts; before any other it is only layout."""
 
-_CLOSERS: Final = {
-    ")": ("(",),
+_CLOSED_BY: Final = {
+    ")": ("(", "Timed("),
     "|)": ("(|",),
-    "}": ("{",),
+    "}": ("{", "Timed"),
     "|}": ("{|",),
     "]]": ("[[",),
     "|]": ("[|",),
@@ -62,7 +62,11 @@ _CLOSERS: Final = {
     "+]": ("[+",),
     "+\\": ("/+",),
     "]": ("[",),
+    "SEQUENCE_CLOSE": ("<",),
+    "within": ("let",),
 }
+"""The contexts that each closing token closes."""
+
 _OPENERS: Final = frozenset(["(", "(|", "{", "{|", "[[", "[|", "[+", "/+", "["])
 _DECLARATION_CONTEXTS: Final = frozenset(["script", "let", "Timed"])
 
@@ -149,6 +153,47 @@ class Tokens:
         return Span(self.source, self.starts[index], self.ends[index])
 
 
+class _Contexts:
+    """What is open, innermost last: brackets by their text (``<`` for a sequence), ``let``, ``Timed``, the text."""
+
+    def __init__(self, whole: str) -> None:
+        self._open = [whole]
+        self._counts: dict[str, int] = {}
+        self.innermost = whole
+
+    @property
+    def outermost(self) -> bool:
+        """Whether nothing is open."""
+        return len(self._open) == 1
+
+    def open(self, context: str) -> None:
+        self._open.append(context)
+        self._counts[context] = self._counts.get(context, 0) + 1
+        self.innermost = context
+
+    def close(self, wanted: tuple[str, ...]) -> str:
+        """Close the innermost of the *wanted* contexts with all that is open inside it, and return it.
+
+        If there is none nothing changes: the parser reports the closing token.
+        """
+        if not any(self._counts.get(context) for context in wanted):
+            return ""
+        while (context := self._pop()) not in wanted:
+            pass
+        return context
+
+    def forget_brackets(self) -> None:
+        """Close everything up to the innermost list of declarations."""
+        while self.innermost not in _DECLARATION_CONTEXTS and not self.outermost:
+            self._pop()
+
+    def _pop(self) -> str:
+        context = self._open.pop()
+        self._counts[context] -= 1
+        self.innermost = self._open[-1]
+        return context
+
+
 def property_words(text: str) -> tuple[str, str | None]:
     """The normalised words and the bracketed mode of a ``:[...]`` token: ``("deadlock free", "F")``."""
     match = _PROPERTY.match(text)
@@ -159,13 +204,13 @@ def property_words(text: str) -> tuple[str, str | None]:
 def tokenise(source: Source, *, start: int = 0, form: Form = "script") -> Tokens:
     """The tokens of *source* from the offset *start* on.
 
-    The text is a script, or it is one expression or assertion, in which line breaks mean nothing. Mistakes are collected in ``Tokens.errors``; the tokens around them are still made.
+    The text is a script, or it is one expression or assertion, in which line breaks mean nothing. Mistakes
+    are collected in ``Tokens.errors``; the tokens around them are still made.
     """
     text = source.text
     tokens = Tokens(source)
     kinds, starts, ends = tokens.kinds, tokens.starts, tokens.ends
-    # What is open, innermost last: a bracket's text, "<" for a sequence, "let", "Timed", or the script itself.
-    contexts = ["script" if form == "script" else "expression"]
+    contexts = _Contexts("script" if form == "script" else "expression")
     broken = False  # a line break stands before the next token
     previous = ""  # kind of the last token
     timed = ""  # "(" once behind `Timed`, ")" once its bracket is closed: the next `{` holds declarations
@@ -228,7 +273,7 @@ def tokenise(source: Source, *, start: int = 0, form: Form = "script") -> Tokens
             else:
                 continue
 
-        context = contexts[-1]
+        context = contexts.innermost
 
         # `<` and `>`.
         if kind[0] in "<>":
@@ -250,36 +295,30 @@ def tokenise(source: Source, *, start: int = 0, form: Form = "script") -> Tokens
                 kinds.append("_NEWLINE")
                 starts.append(ends[-1])
                 ends.append(ends[-1])
-                if len(contexts) == 1:
+                if contexts.outermost:
                     negations.clear()
         if kind in DECLARATION_KEYWORDS and context not in _DECLARATION_CONTEXTS and context != "expression":
             # No bracket goes over a declaration: whatever is open was meant to be closed before. The parser says so.
-            while contexts[-1] not in _DECLARATION_CONTEXTS and len(contexts) > 1:
-                contexts.pop()
+            contexts.forget_brackets()
 
         # Brackets.
         if kind in _OPENERS:
             if kind == "(" and previous == "Timed":
                 timed = "("
-                contexts.append("Timed(")
+                contexts.open("Timed(")
             elif kind == "{" and (previous == "Timed" or (timed == ")" and previous == ")")):
                 timed = ""
-                contexts.append("Timed")
+                contexts.open("Timed")
             else:
-                contexts.append(kind)
+                contexts.open(kind)
         elif kind == "<":
             kind = "SEQUENCE_OPEN"
-            contexts.append("<")
-        elif kind == "SEQUENCE_CLOSE":
-            contexts.pop()
-        elif kind in _CLOSERS:
-            popped = _close(contexts, _CLOSERS[kind])
-            if popped == "Timed(":
+            contexts.open("<")
+        elif kind in _CLOSED_BY:
+            if contexts.close(_CLOSED_BY[kind]) == "Timed(":
                 timed = ")"
         elif kind == "let":
-            contexts.append("let")
-        elif kind == "within":
-            _close(contexts, ("let",))
+            contexts.open("let")
 
         # Negated assertions.
         if asserting:
@@ -305,19 +344,6 @@ def tokenise(source: Source, *, start: int = 0, form: Form = "script") -> Tokens
     starts.append(end)
     ends.append(end)
     return tokens
-
-
-def _close(contexts: list[str], openers: tuple[str, ...]) -> str:
-    """Close the innermost context that one of *openers* opened, with all that is still open inside it.
-
-    A closing token without its opener changes nothing: the parser reports it.
-    """
-    for index in range(len(contexts) - 1, 0, -1):
-        context = contexts[index]
-        if context in openers or (context == "Timed(" and "(" in openers) or (context == "Timed" and "{" in openers):
-            del contexts[index:]
-            return context
-    return ""
 
 
 def _block_comment(tokens: Tokens, begin: int) -> int:

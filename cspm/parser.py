@@ -8,6 +8,7 @@ its own inside scripts needs a keyword and a context in the lexer, rules in the 
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Final, Literal
@@ -20,7 +21,7 @@ from cspm.messages import lexing
 from cspm.messages import syntax as messages
 from cspm.parser_driver import Unexpected, run
 from cspm.parser_table import table
-from cspm.parser_tree import Tree
+from cspm.parser_tree import MOST_MISTAKES, Tree
 from cspm.source import Source, Span
 
 DEEPEST_INCLUDE: Final = 100
@@ -171,18 +172,18 @@ class _Files:
         try:
             tokens = tokenise(source)
             if tokens.errors:
-                self.errors.extend(tokens.errors)
+                self.errors.extend(tokens.errors[:MOST_MISTAKES])
                 return None
             tree = Tree(tokens, self._include)
             try:
                 script = run(table(), "script", tokens, tree)
             except Unexpected as error:
                 # The mistakes that the tree has collected so far stand before this one.
-                self.errors.extend(tree.errors)
-                self.errors.extend(parser_mistakes.all_of(table(), tokens, error.index))
+                found = [*tree.errors[: MOST_MISTAKES - 1], *parser_mistakes.all_of(table(), tokens, error.index)]
+                self.errors.extend(found[:MOST_MISTAKES])
                 return None
             tree.finish()
-            self.errors.extend(sorted(tree.errors, key=_position))
+            self.errors.extend(sorted(tree.errors, key=_position)[:MOST_MISTAKES])
             assert isinstance(script, s.Script)
             return script
         finally:
@@ -195,7 +196,7 @@ class _Files:
         try:
             source = self.read(path)
         except ScriptError as error:
-            reason = "; ".join(d.message.removeprefix(f"cannot read `{path}`: ") for d in error.diagnostics)
+            reason = "; ".join(re.sub(r"^cannot read `.*`: ", "", d.message) for d in error.diagnostics)
             self.errors.append(lexing.include_cannot_be_read(span, path, reason))
             return ()
         names = [_identity(file) for file in self.open]

@@ -15,11 +15,8 @@ from cspm.lexer import DECLARATION_KEYWORDS, KEYWORDS, OPERAND_ENDS, Tokens, tok
 from cspm.messages import syntax as messages
 from cspm.parser_driver import Open, Unexpected, accepts, expected, run, stack_before
 from cspm.parser_table import Table
-from cspm.parser_tree import Tree
+from cspm.parser_tree import MOST_MISTAKES, Tree
 from cspm.source import Source
-
-MOST_MISTAKES: Final = 20
-"""Mistakes of one file that are reported, at most."""
 
 _CLOSERS: Final = {
     "(": ")",
@@ -36,6 +33,9 @@ _CLOSERS: Final = {
 _OPENERS: Final = {closer: opener for opener, closer in _CLOSERS.items()} | {"|>": "[|"}
 _REPLICATED: Final = frozenset(["[]", "|~|", "|||", ";", "||", "|]", "+]", "]", "\\"])
 """What stands before the generators of a replicated operator, or the parameters of a lambda."""
+
+_LONGEST_HEAD: Final = 200
+"""Tokens of a definition's left side that are looked through for its ``=``, at most."""
 
 _OPERAND_STARTS: Final = frozenset(
     ["NAME", "QUALIFIED", "INT", "CHAR", "STRING", "true", "false", "_", "(", "(|", "{", "{|", "SEQUENCE_OPEN"]
@@ -125,6 +125,7 @@ def _is_head(kinds: Sequence[str], index: int) -> bool:
         while kinds[index] == "," and kinds[index + 1] == "NAME":
             index += 2
         return kinds[index] == "::"
+    end = index + _LONGEST_HEAD
     while kinds[index] == "(":
         depth = 0
         while True:
@@ -132,7 +133,7 @@ def _is_head(kinds: Sequence[str], index: int) -> bool:
             index += 1
             if depth == 0:
                 break
-            if kinds[index] in ("$END", "_NEWLINE"):
+            if kinds[index] in ("$END", "_NEWLINE") or index > end:
                 return False
     return kinds[index] in ("=", "::")
 
@@ -173,8 +174,8 @@ class _Situation:
                 if kind in _OPENERS:  # the `|]` before replicated generators closes a bracket itself
                     skip.append(frozenset([_OPENERS[kind]]))
             elif kind in _OPENERS:
-                following = symbols[place + 1] if place + 1 < len(symbols) else None
-                if following == "statements":
+                # Behind what is infix stands nothing yet (the machine has made an operator of it otherwise).
+                if kind in ("|]", "+]", "]") and place + 1 < len(symbols) and not self._is_alphabet(place):
                     found.append(symbol)
                 skip.append(frozenset([_OPENERS[kind]]))
             elif kind == "within":
@@ -189,6 +190,10 @@ class _Situation:
             elif kind in _CLOSERS or kind in ("let", "if") or (kind in _REPLICATED and place + 1 < len(symbols)):
                 found.append(symbol)
         return found
+
+    def _is_alphabet(self, place: int) -> bool:
+        """Whether the `]` at a place of the stack closes the alphabet of a replicated `||`."""
+        return "@" in self._kinds_below(place, 3)
 
     def _declaration_start(self) -> int:
         """The first token of the declaration that the unexpected token belongs to."""
@@ -373,6 +378,8 @@ class _Situation:
     def _expression_alone(self) -> Diagnostic:
         tokens = self.tokens
         first = self._declaration_start()
+        if tokens.kinds[first] == "QUALIFIED" and self.index == first + 1:
+            return messages.annotation_without_blank(tokens.span(first))
         depth = 0
         for index in range(first, self.index):
             kind = tokens.kinds[index]

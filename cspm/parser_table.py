@@ -20,7 +20,7 @@ from typing import Any, Final
 GRAMMAR: Final = Path(__file__).with_name("grammar") / "cspm.lark"
 STARTS: Final = ("script", "lone_expression", "lone_assertion")
 ACCEPT: Final = 0
-_FORMAT: Final = 1
+_FORMAT: Final = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,28 +77,35 @@ def compute(grammar: str) -> dict[str, Any]:
     # A quoted terminal goes by its text, a declared one by its name.
     quoted = {terminal.name: str(terminal.pattern.value) for terminal in lark.terminals}
 
-    rules: list[list[Any]] = []
-    numbers: dict[Any, int] = {}
-
-    def number(rule: Any) -> int:
-        if rule not in numbers:
-            numbers[rule] = len(rules)
-            kept = [
-                position
-                for position, symbol in enumerate(rule.expansion)
-                if not symbol.is_term
-                or rule.options.keep_all_tokens
-                or (symbol.name not in quoted and not symbol.name.startswith("_"))
-            ]
-            rules.append([str(rule.origin.name), len(rule.expansion), kept, rule.alias])
-        return numbers[rule]
+    # Lark numbers states as it happens to find them; here the same grammar always gives the same table.
+    order = [computed.start_states[start] for start in STARTS]
+    places = {state: place for place, state in enumerate(order)}
+    for state in order:  # grows
+        for _, (kind, argument) in sorted(computed.states[state].items(), key=lambda item: str(item[0])):
+            if kind is Shift and argument not in places:
+                places[argument] = len(order)
+                order.append(argument)
+    reduced = {argument for state in order for kind, argument in computed.states[state].values() if kind is not Shift}
+    ordered = sorted(reduced, key=lambda rule: (rule.origin.name, [symbol.name for symbol in rule.expansion]))
+    numbers = {rule: number for number, rule in enumerate(ordered)}
+    rules = []
+    for rule in ordered:
+        kept = [
+            position
+            for position, symbol in enumerate(rule.expansion)
+            if not symbol.is_term
+            or rule.options.keep_all_tokens
+            or (symbol.name not in quoted and not symbol.name.startswith("_"))
+        ]
+        rules.append([str(rule.origin.name), len(rule.expansion), kept, rule.alias])
 
     # Most states share their rows with others.
     rows: list[dict[str, int]] = []
     row_numbers: dict[str, int] = {}
 
     def row(entries: dict[str, int]) -> int:
-        key = json.dumps(entries, sort_keys=True)
+        entries = dict(sorted(entries.items()))
+        key = json.dumps(entries)
         if key not in row_numbers:
             row_numbers[key] = len(rows)
             rows.append(entries)
@@ -106,20 +113,21 @@ def compute(grammar: str) -> dict[str, Any]:
 
     ends = set(computed.end_states.values())
     states = []
-    for state in range(len(computed.states)):
+    for state in order:
         actions: dict[str, int] = {}
         gotos: dict[str, int] = {}
         for name, (kind, argument) in computed.states[state].items():
             if kind is not Shift:
-                actions[quoted.get(name, name)] = -(number(argument) + 1)
+                actions[quoted.get(name, name)] = -(numbers[argument] + 1)
             elif name in quoted or name.isupper():
-                actions[quoted.get(name, name)] = argument + 1
+                actions[quoted.get(name, name)] = places[argument] + 1
             else:
-                gotos[name] = argument
+                gotos[name] = places[argument]
         if state in ends:
             actions["$END"] = ACCEPT
         states.append([row(actions), row(gotos)])
-    return {"rules": rules, "rows": rows, "states": states, "starts": dict(computed.start_states)}
+    starts = {start: places[computed.start_states[start]] for start in STARTS}
+    return {"rules": rules, "rows": rows, "states": states, "starts": starts}
 
 
 def from_json(value: Mapping[str, Any]) -> Table:

@@ -21,6 +21,9 @@ from cspm.parser_rows import Operator, Row, Signed, processes, values
 from cspm.parser_types import Types
 from cspm.source import Span
 
+MOST_MISTAKES: Final = 20
+"""Mistakes of one file that are reported, at most."""
+
 LONGEST_INTEGER: Final = 4000
 """Digits beyond which a number is refused (Python converts no more than 4300)."""
 
@@ -43,7 +46,7 @@ class Tree(Types):
 
     def finish(self) -> None:
         """Add the mistakes that only the whole shows: what is left of ``_`` and ``@@`` stands in no pattern."""
-        claimed = [error.span for error in self.errors if error.span is not None]
+        claimed = [error.span for error in self.errors[:MOST_MISTAKES] if error.span is not None]
         for node in self._only_patterns.values():
             if not any(span.start <= node.span.start and node.span.end <= span.end for span in claimed):
                 self.errors.append(

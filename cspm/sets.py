@@ -10,17 +10,20 @@ and through. What ranges over a set does so in the order of ``cspm.values_order`
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import islice, product
 from typing import Any, Final
 
-from cspm.dots import Channels, Event, Head
+from cspm.dots import Channels, DotList, Event, Head, parts
 from cspm.events import EventSet, FieldDomain, RangeDomain
 from cspm.failure import Failure
 from cspm.messages import evaluation as messages
+from cspm.thunks import force
 from cspm.values import deep
 from cspm.values_order import in_order
 
 LARGEST: Final = 1 << 24
 """A symbolic set is written out only if it has at most so many elements."""
+_SHOWN: Final = 3
 CANONICAL: Final = 1 << 16
 """A symbolic set up to this size takes its listed form when it is compared or hashed as part of other values."""
 
@@ -278,7 +281,8 @@ class Range(Set):
         return RangeDomain(self.numbers)
 
     def describe(self) -> str:
-        return f"{{{self.numbers.start}..{self.numbers.stop - 1}}}" if self.numbers else "{}"
+        low, high = self.numbers.start, self.numbers.stop - 1
+        return f"{{{' ' * (low < 0)}{low}..{high}}}" if self.numbers else "{}"
 
     def __eq__(self, other: object) -> bool:
         if isinstance(other, Range):
@@ -314,13 +318,12 @@ def field_sets(value: Any, name: str) -> tuple[Set, ...]:
     Raises:
         Failure: *value* is no type, or a set of dotted values that is not a product of its fields.
     """
-    from cspm.dots import parts
     from cspm.sets_symbolic import Product
 
     found: list[Set] = []
     for part in parts(value):
         if type(part) is tuple:
-            found.append(Product("tuple", tuple([type_set(deep_type(item), name) for item in part])))
+            found.append(Product("tuple", tuple([type_set(force(item), name) for item in part])))
         elif isinstance(part, Product) and part.kind == "dot":
             for field in part.sets:
                 found.extend(field_sets(field, name))
@@ -329,13 +332,6 @@ def field_sets(value: Any, name: str) -> tuple[Set, ...]:
         else:
             raise Failure(messages.not_a_type(part, name))
     return tuple(found)
-
-
-def deep_type(value: Any) -> Any:
-    """An item of a tuple type, evaluated."""
-    from cspm.thunks import force
-
-    return force(value)
 
 
 def type_set(value: Any, name: str) -> Set:
@@ -352,8 +348,6 @@ def type_set(value: Any, name: str) -> Set:
 
 def _split(part: Set, name: str) -> Sequence[Set]:
     """A set of dotted values is several fields, and must then hold every combination of their values."""
-    from cspm.dots import DotList, dot
-
     if not isinstance(part, FiniteSet) or not part.items:
         return (part,)
     sample = next(iter(part.items))
@@ -363,7 +357,7 @@ def _split(part: Set, name: str) -> Sequence[Set]:
     columns: list[set[Any]] = [set() for _ in range(width)]
     for item in part.items:
         if type(item) is not DotList or len(item.parts) != width:
-            raise Failure(messages.not_rectangular(name, part, None))
+            raise Failure(messages.not_rectangular(name, part, []))
         for column, value in zip(columns, item.parts, strict=True):
             column.add(value)
     sets = [set_of(column) for column in columns]
@@ -371,12 +365,7 @@ def _split(part: Set, name: str) -> Sequence[Set]:
     for column_set in sets:
         combinations *= column_set.size()
     if combinations != len(part.items):
-        from itertools import product
-
-        for combination in product(*[column_set.elements() for column_set in sets]):
-            absent = combination[-1]
-            for value in reversed(combination[:-1]):
-                absent = dot(value, absent)
-            if absent not in part.items:
-                raise Failure(messages.not_rectangular(name, part, absent))
+        combined = map(DotList, product(*[column_set.elements() for column_set in sets]))
+        absent = islice((combination for combination in combined if combination not in part.items), _SHOWN + 1)
+        raise Failure(messages.not_rectangular(name, part, list(absent)))
     return sets

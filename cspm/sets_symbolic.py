@@ -35,7 +35,7 @@ class Integers(_Infinite):
         return type(value) is int and (self.low is None or value >= self.low)
 
     def describe(self) -> str:
-        return "Int" if self.low is None else f"{{{self.low}..}}"
+        return "Int" if self.low is None else f"{{{' ' * (self.low < 0)}{self.low}..}}"
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Integers) and self.low == other.low

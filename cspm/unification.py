@@ -454,7 +454,7 @@ class Unifier:
             self._reduce(parts(type_), longest=False)
         except CannotUnify as clash:
             return clash
-        except (InfiniteType, Unsatisfied):
+        except (InfiniteType, Unsatisfied, TooLarge):
             # An open part may still turn out to stand for more fields than the one that it was given here.
             return None
         finally:

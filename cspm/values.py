@@ -8,7 +8,7 @@ characters  Python ``str`` of length one
 tuples      Python ``tuple``
 sequences   :class:`Sequence`
 maps        :class:`Map`
-functions   :class:`Function`, ``cspm.builtins.Builtin``
+functions   :class:`Function`, ``cspm.evaluator.builtins.Builtin``
 sets        ``cspm.sets``
 dotted      ``cspm.dots``: constructors, channels, events, and what is dotted together
 processes   ``cspm.process``
@@ -60,12 +60,10 @@ def boolean(truth: bool) -> Boolean:
 class Sequence:
     """A finite or infinite sequence, evaluated as far as it has been looked at.
 
-    What is known completely is kept back to front in a list that sequences share: the elements are
-    ``_items[_end - 1]`` down to ``_items[0]``. So a tail is another view of the same list, and putting an
-    element in front appends to the list unless another sequence has done so already (then it is copied).
-
-    Otherwise ``_rest`` is a thunk for the sequence that follows, and the elements known so far are
-    ``_items[_end:]``, front to back.
+    The elements known so far are kept back to front in a list that sequences share: ``_items[_end - 1]`` down to
+    ``_items[0]``. So a tail is another view of the same list, and putting an element in front appends to the list
+    unless another sequence has done so already (then it is copied). ``_rest`` is a thunk for the sequence that
+    follows them; None if there is none.
     """
 
     __slots__ = ("_deep", "_end", "_endless", "_hash", "_items", "_rest")
@@ -74,11 +72,11 @@ class Sequence:
     _end: int
     _rest: Thunk | None
 
-    def __init__(self, items: list[Any], end: int, rest: Thunk | None = None) -> None:
+    def __init__(self, items: list[Any], end: int, rest: Thunk | None = None, endless: bool = False) -> None:
         self._items = items
         self._end = end
         self._rest = rest
-        self._endless = False
+        self._endless = endless
         self._deep = False
         self._hash: int | None = None
 
@@ -91,68 +89,68 @@ class Sequence:
 
     @classmethod
     def lazy(cls, items: list[Any], rest: Thunk, *, endless: bool = False) -> Sequence:
-        """*items*, then the sequence that *rest* evaluates to; *endless*: it certainly has no end.
-
-        The list is kept, not copied.
-        """
-        sequence = cls(items, 0, rest)
-        sequence._endless = endless
-        return sequence
+        """*items*, then the sequence that *rest* evaluates to; *endless*: it certainly has no end."""
+        return cls(items[::-1], len(items), rest, endless)
 
     @property
     def endless(self) -> bool:
         """Whether the sequence is known to have no end."""
         return self._endless
 
+    @property
+    def rest(self) -> Thunk | None:
+        """The sequence behind the elements known so far; None if there is nothing."""
+        return self._rest
+
+    def with_rest(self, rest: Thunk) -> Sequence:
+        """The elements known so far, and behind them the sequence that *rest* evaluates to."""
+        return Sequence(self._items, self._end, rest, self._endless)
+
+    def known_backward(self) -> list[Any]:
+        """The elements known so far, the last of them first."""
+        return self._items[: self._end]
+
     def uncons(self) -> tuple[Any, Any] | None:
         """First element and the rest (either may be a thunk); None for the empty sequence."""
         sequence: Sequence = self
         while True:
             rest = sequence._rest
-            end = sequence._end
+            last = sequence._end - 1
+            if last >= 0:
+                items = sequence._items
+                if rest is None:
+                    return items[last], Sequence(items, last)
+                return items[last], Sequence(items, last, rest, sequence._endless) if last else rest
             if rest is None:
-                if end == 0:
-                    return None
-                return sequence._items[end - 1], Sequence(sequence._items, end - 1)
-            items = sequence._items
-            if end + 1 < len(items):
-                return items[end], sequence._view(end + 1)
-            if end < len(items):
-                return items[end], rest
+                return None
             sequence = rest.force()
-
-    def _view(self, start: int) -> Sequence:
-        view = Sequence(self._items, start, self._rest)
-        view._endless = self._endless
-        return view
 
     def cons(self, item: Any) -> Sequence:
         """*item* in front of this sequence."""
-        if self._rest is not None:
-            return Sequence.lazy([item, *self._items[self._end :]], self._rest, endless=self._endless)
         items, end = self._items, self._end
-        if end == len(items):
+        if end == 0:
+            items = [item]
+        elif end == len(items):
             items.append(item)
         elif items[end] is not item:
             items = items[:end]
             items.append(item)
-        return Sequence(items, end + 1)
+        return Sequence(items, end + 1, self._rest, self._endless)
 
     def concat(self, other: Sequence) -> Sequence:
         """This sequence, which must be finite, and then *other*."""
         mine = self._backward()
         if not mine:
             return other
-        if other._rest is not None:
-            mine.reverse()
-            return Sequence.lazy([*mine, *other._items[other._end :]], other._rest, endless=other._endless)
         items, end = other._items, other._end
-        if end == len(items):
+        if end == 0:
+            items = mine
+        elif end == len(items):
             items.extend(mine)
         else:
             items = items[:end]
             items.extend(mine)
-        return Sequence(items, end + len(mine))
+        return Sequence(items, end + len(mine), other._rest, other._endless)
 
     def forced(self) -> Sequence:
         """This sequence, known to its end.
@@ -171,7 +169,7 @@ class Sequence:
                 raise Failure(messages.infinite_sequence(), is_limit=True)
             passed.append((sequence, len(known)))
             seen.add(id(sequence))
-            known.extend(sequence._items[sequence._end :])
+            known.extend(sequence._items[: sequence._end][::-1])
             if len(known) > LONGEST:
                 raise Failure(messages.too_long(LONGEST), is_limit=True)
             sequence = sequence._rest.force()
@@ -206,7 +204,7 @@ class Sequence:
         items: list[Any] = []
         sequence: Any = self
         while sequence._rest is not None:
-            items.extend(sequence._items[sequence._end :])
+            items.extend(sequence._items[: sequence._end][::-1])
             rest = sequence._rest
             if rest.code is not None or len(items) > LONGEST:
                 return items, True
@@ -216,9 +214,9 @@ class Sequence:
 
     def is_empty(self) -> bool:
         """Whether there is no first element."""
-        if self._rest is None:
+        if self._end or self._rest is None:
             return self._end == 0
-        return self._end >= len(self._items) and self.uncons() is None
+        return self.uncons() is None
 
     def __len__(self) -> int:
         self.forced()
@@ -391,124 +389,3 @@ def deep(value: Any, level: int = 0) -> Any:
         return value
     canonical: Callable[[], Any] | None = getattr(value, "canonical", None)
     return value if canonical is None else canonical()
-
-
-def equal(left: Any, right: Any) -> bool:
-    """``==``: structural, sets by their elements. Both sides must be evaluated (not thunks).
-
-    Raises:
-        Failure: an item cannot be evaluated, or the two cannot be compared (functions, processes, infinite sets).
-    """
-    kind = type(left)
-    if kind in ATOMS:
-        return kind is type(right) and bool(left == right)
-    if kind is tuple:
-        if type(right) is not tuple or len(left) != len(right):
-            return False
-        for i, item in enumerate(left):
-            a = item.force() if type(item) is Thunk else item
-            b = right[i]
-            if not equal(a, b.force() if type(b) is Thunk else b):
-                return False
-        return True
-    if kind is Sequence:
-        return type(right) is Sequence and equal_sequences(left, right)
-    if kind is Map:
-        return type(right) is Map and _equal_maps(left, right)
-    comparison: Callable[[Any], bool] | None = getattr(left, "is_same", None)
-    if comparison is None:
-        raise Failure(messages.not_comparable(left))
-    return comparison(right)
-
-
-def equal_sequences(left: Sequence, right: Sequence) -> bool:
-    """``==`` on sequences: stops at the first difference, so one of the two may be infinite."""
-    a: Any = left
-    b: Any = right
-    while True:
-        if a is b and a._endless:
-            return True
-        if a._rest is None and b._rest is None:
-            if a._end != b._end:
-                return False
-            return all(equal(_get(a, i), _get(b, i)) for i in range(a._end - 1, -1, -1))
-        first, second = a.uncons(), b.uncons()
-        if first is None or second is None:
-            return first is second
-        x, a = first
-        y, b = second
-        if not equal(x.force() if type(x) is Thunk else x, y.force() if type(y) is Thunk else y):
-            return False
-        a = a.force() if type(a) is Thunk else a
-        b = b.force() if type(b) is Thunk else b
-
-
-def _get(sequence: Sequence, i: int) -> Any:
-    item = sequence._items[i]
-    if type(item) is Thunk:
-        item = sequence._items[i] = item.force()
-    return item
-
-
-def _equal_maps(left: Map, right: Map) -> bool:
-    if left.entries.keys() != right.entries.keys():
-        return False
-    return all(equal(_value(left, key), _value(right, key)) for key in left.entries)
-
-
-def _value(mapping: Map, key: Any) -> Any:
-    value = mapping.entries[key]
-    if type(value) is Thunk:
-        value = mapping.entries[key] = value.force()
-    return value
-
-
-def less(left: Any, right: Any, *, strict: bool) -> bool:
-    """``<`` (*strict*) or ``<=``.
-
-    Numbers and characters by size, tuples lexicographically, sequences by prefix, sets by inclusion, maps by
-    inclusion of their entries' keys with smaller values. Values that are not related give False both ways.
-
-    Raises:
-        Failure: values of this kind have no order, or the comparison has no end.
-    """
-    kind = type(left)
-    if kind is not type(right) and not (hasattr(left, "is_subset") and hasattr(right, "is_subset")):
-        raise Failure(messages.not_ordered(left, right))
-    if kind is int or kind is str:
-        return bool(left < right if strict else left <= right)
-    if kind is tuple:
-        for i, item in enumerate(left):
-            a = item.force() if type(item) is Thunk else item
-            b = right[i].force() if type(right[i]) is Thunk else right[i]
-            if not equal(a, b):
-                return less(a, b, strict=True)
-        return not strict
-    if kind is Sequence:
-        return _is_prefix(left, right) and not (strict and equal_sequences(left, right))
-    if kind is Map:
-        inside = all(
-            key in right.entries and less(_value(left, key), _value(right, key), strict=False) for key in left.entries
-        )
-        return inside and not (strict and _equal_maps(left, right))
-    if hasattr(left, "is_subset"):
-        return bool(left.is_subset(right)) and not (strict and left.is_same(right))
-    raise Failure(messages.not_ordered(left, right))
-
-
-def _is_prefix(left: Sequence, right: Sequence) -> bool:
-    a: Any = left
-    b: Any = right
-    while True:
-        first = a.uncons()
-        if first is None:
-            return True
-        second = b.uncons()
-        if second is None:
-            return False
-        x, a = first
-        y, b = second
-        if not equal(x.force() if type(x) is Thunk else x, y.force() if type(y) is Thunk else y):
-            return False
-        a = a.force() if type(a) is Thunk else a
-        b = b.force() if type(b) is Thunk else b

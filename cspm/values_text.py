@@ -9,6 +9,7 @@ from cspm.process import Process, Reference
 from cspm.sets import EventsSet, FiniteSet, Set
 from cspm.thunks import Thunk
 from cspm.values import Boolean, Function, Map, Sequence, deep
+from cspm.values_order import in_order
 
 ESCAPES = {"\n": "\\n", "\r": "\\r", "\t": "\\t"}
 SHORT = 60
@@ -70,7 +71,8 @@ def _write(value: Any, out: list[str], width: int | None) -> None:
         _write_sequence(value, out, width)
     elif kind is Map:
         out.append("(| ")
-        for i, (key, kept) in enumerate(value.entries.items()):
+        for i, key in enumerate(in_order(value.entries)):
+            kept = value.entries[key]
             out.append(", " if i else "")
             if _full(out, width):
                 out.append("...")
@@ -87,8 +89,11 @@ def _write(value: Any, out: list[str], width: int | None) -> None:
     elif kind is DotList:
         _write_dotted(None, value.parts, out, width)
     elif isinstance(value, FiniteSet):
+        start = len(out)
         out.append("{")
         _items(value.elements() if width is None or value.size() < 10_000 else list(value.items)[:width], out, width)
+        if out[start + 1 :] and out[start + 1].startswith("-"):
+            out[start] = "{ "  # `{-` would open a comment
         out.append("}")
     elif isinstance(value, EventsSet):
         out.append("{")

@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+import os
+
 from hypothesis import HealthCheck, settings
 
 # Scripts in the corpus are material for the tests of the language; many of them are wrong on purpose.
 collect_ignore_glob = ["corpus/*"]
 
 # A loaded machine is no reason for a test to fail.
-settings.register_profile("default", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+# CSPCHECK_EXAMPLES raises the number of examples of every property that does not set its own.
+settings.register_profile(
+    "default",
+    deadline=None,
+    max_examples=int(os.environ.get("CSPCHECK_EXAMPLES", "40")),
+    suppress_health_check=[HealthCheck.too_slow],
+)
 settings.load_profile("default")

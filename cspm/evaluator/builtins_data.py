@@ -13,7 +13,8 @@ from cspm.set_algebra import difference, intersection, union
 from cspm.sets import EMPTY_SET, EventsSet, Set, set_of
 from cspm.sets_symbolic import CHARACTERS, INTEGERS, PROCESSES, Maps, Sequences, Subsets
 from cspm.thunks import Env, Thunk, force
-from cspm.values import EMPTY_SEQUENCE, FALSE, TRUE, Boolean, Map, Sequence, boolean, deep, equal, string
+from cspm.values import EMPTY_SEQUENCE, FALSE, TRUE, Boolean, Map, Sequence, boolean, deep, string
+from cspm.values_compare import equal
 
 DATA: dict[str, Any] = {
     "True": TRUE,
@@ -227,17 +228,30 @@ def _concat_rest(env: Env) -> Sequence:
 
 def append(left: Sequence, right: Any) -> Sequence:
     """``left ^ right``, where *right* may be a thunk: nothing of it is evaluated before it is needed."""
-    if left._rest is not None:
-        known, rest = left._items[left._end :], left._rest
-        more = Thunk(lambda env: append(rest.force(), right), ())
-        return Sequence.lazy(known, more, endless=left.endless)
+    rest = left.rest
+    if rest is not None:
+        return left.with_rest(Thunk(_append_rest, (rest, right)))
     if type(right) is Thunk:
         if right.code is not None:
-            return right.force() if left._end == 0 else Sequence.lazy(left.items(), right)
+            return left.with_rest(right) if left else right.force()
         right = right.value
     if type(right) is not Sequence:
         raise Failure(messages.wrong_kind("a sequence", right))
-    return right.cons(left._items[0]) if left._end == 1 else left.concat(right)
+    return left.concat(right)
+
+
+def _append_rest(env: Env) -> Sequence:
+    """``rest ^ right`` for the rest of a sequence.
+
+    Where that is such a concatenation itself, ``(a ^ b) ^ c`` becomes ``a ^ (b ^ c)``: so what has been appended to
+    on many levels is passed through once, not once for each level.
+    """
+    rest, right = env
+    while type(rest) is Thunk and rest.code is _append_rest:
+        assert rest.env is not None
+        first, second = rest.env
+        rest, right = first, Thunk(_append_rest, (second, right))
+    return append(force(rest), right)
 
 
 @builtin("elem", "vv")

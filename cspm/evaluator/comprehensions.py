@@ -8,11 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from collections.abc import Sequence as Items
+from contextlib import suppress
 from typing import Any, TypeAlias
 
 from cspm import syntax
 from cspm.evaluator.core import Condition, Evaluator
 from cspm.evaluator.frames import Frame
+from cspm.evaluator.fusion import fused_elements
 from cspm.evaluator.patterns import Matcher, compile_pattern, is_variable
 from cspm.failure import Failure
 from cspm.messages import evaluation as messages
@@ -25,6 +27,11 @@ from cspm.values import EMPTY_SEQUENCE, Sequence, deep
 Emit: TypeAlias = Callable[[Any], None]
 Loop: TypeAlias = Callable[[Env, Emit], None]
 """Runs the rest of the statements in an environment and emits what they produce."""
+Over: TypeAlias = Callable[[Env, list[Any], Emit], None]
+"""The same where the first statement is a generator, given what it ranges over."""
+
+HOT = 200
+"""After so many elements a comprehension is worth a function of its own."""
 
 
 def source_items(value: Any, span: Span) -> list[Any]:
@@ -58,13 +65,27 @@ def compile_statements(
     assert isinstance(statement, syntax.Generator)
     source = evaluator.value(statement.source, frame)
     span = statement.source.span
+    over = _over_first(evaluator, statements, frame, innermost)
+
+    def loop(env: Env, emit: Emit) -> None:
+        over(env, source_items(source(env), span), emit)
+
+    return loop
+
+
+def _over_first(
+    evaluator: Evaluator, statements: Items[syntax.Statement], frame: Frame, innermost: Callable[[Frame], Loop]
+) -> Over:
+    """The loops of *statements*, which begin with a generator, given what that ranges over."""
+    statement, rest = statements[0], statements[1:]
+    assert isinstance(statement, syntax.Generator)
     matcher, inside, variable = _generator(evaluator, statement, frame)
     condition_first = None
     if rest and isinstance(rest[0], syntax.Qualifier):
         condition_first = evaluator.condition(rest[0].condition, inside)
         rest = rest[1:]
     inner = compile_statements(evaluator, rest, inside, innermost)
-    return _generated(source, span, None if variable else matcher, condition_first, inner)
+    return _generated(None if variable else matcher, condition_first, inner)
 
 
 def _generator(evaluator: Evaluator, statement: syntax.Generator, frame: Frame) -> tuple[Matcher, Frame, bool]:
@@ -81,12 +102,12 @@ def _qualified(condition: Condition, inner: Loop) -> Loop:
     return loop
 
 
-def _generated(source: Code, span: Span, matcher: Matcher | None, condition: Condition | None, inner: Loop) -> Loop:
+def _generated(matcher: Matcher | None, condition: Condition | None, inner: Loop) -> Over:
     """A generator, with the qualifier behind it if there is one."""
     if matcher is None and condition is None:
 
-        def each(env: Env, emit: Emit) -> None:
-            for item in source_items(source(env), span):
+        def each(env: Env, items: list[Any], emit: Emit) -> None:
+            for item in items:
                 inner((*env, item), emit)
 
         return each
@@ -94,16 +115,16 @@ def _generated(source: Code, span: Span, matcher: Matcher | None, condition: Con
         assert condition is not None
         test = condition
 
-        def some(env: Env, emit: Emit) -> None:
-            for item in source_items(source(env), span):
+        def some(env: Env, items: list[Any], emit: Emit) -> None:
+            for item in items:
                 found = (*env, item)
                 if test(found):
                     inner(found, emit)
 
         return some
 
-    def matching(env: Env, emit: Emit) -> None:
-        for item in source_items(source(env), span):
+    def matching(env: Env, items: list[Any], emit: Emit) -> None:
+        for item in items:
             found = matcher(env, item)
             if found is not None and (condition is None or condition(found)):
                 inner(found, emit)
@@ -133,14 +154,52 @@ def collect(
 
         return all_items
 
-    loop = compile_statements(evaluator, statements, frame, innermost)
+    if not statements or not isinstance(statements[0], syntax.Generator):
+        loop = compile_statements(evaluator, statements, frame, innermost)
 
-    def run(env: Env) -> list[Any]:
+        def run(env: Env) -> list[Any]:
+            found: list[Any] = []
+            loop(env, found.append)
+            return found
+
+        return run
+    source = evaluator.value(statements[0].source, frame)
+    span = statements[0].source.span
+    elements = _elements(evaluator, items, statements, frame, innermost, of_set=True)
+    return lambda env: elements(env, source_items(source(env), span))
+
+
+def _elements(
+    evaluator: Evaluator,
+    items: Items[syntax.Expr],
+    statements: Items[syntax.Statement],
+    frame: Frame,
+    innermost: Callable[[Frame], Loop],
+    *,
+    of_set: bool,
+) -> Callable[[Env, list[Any]], list[Any]]:
+    """What a comprehension produces, given what its first generator ranges over; fused when it has got hot."""
+    over = _over_first(evaluator, statements, frame, innermost)
+
+    def closures(env: Env, first: list[Any]) -> list[Any]:
         found: list[Any] = []
-        loop(env, found.append)
+        over(env, first, found.append)
         return found
 
-    return run
+    if evaluator.sorts.types is None:
+        return closures
+    seen = 0
+    run: Callable[[Env, list[Any]], list[Any]] = closures
+
+    def counted(env: Env, first: list[Any]) -> list[Any]:
+        nonlocal seen, run
+        if seen <= HOT:
+            seen += len(first)
+            if seen > HOT:
+                run = fused_elements(evaluator, items, statements, frame, closures, of_set=of_set)
+        return run(env, first)
+
+    return counted
 
 
 def collect_processes(
@@ -194,7 +253,8 @@ def set_comprehension(
 
 # --- sequences -----------------------------------------------------------------------------------------------
 
-_FIRST_CHUNK = 8
+_FIRST_CHUNK = 32
+_GROWTH = 8
 _LARGEST_CHUNK = 4096
 
 
@@ -221,12 +281,14 @@ def sequence_comprehension(
     assert isinstance(statement, syntax.Generator)
     source = evaluator.value(statement.source, frame)
     span = statement.source.span
-    matcher, inside, _ = _generator(evaluator, statement, frame)
     if join or any(isinstance(s, syntax.Generator) for s in rest):
+        matcher, inside, _ = _generator(evaluator, statement, frame)
         then = sequence_comprehension(evaluator, items, rest, inside, join=join)
         return _joined(source, span, matcher, then)
-    loop = compile_statements(evaluator, rest, inside, lambda last: _sequence_items(evaluator, items, last))
-    return _chunked(source, span, matcher, loop)
+    elements = _elements(
+        evaluator, items, statements, frame, lambda last: _sequence_items(evaluator, items, last), of_set=False
+    )
+    return _chunked(source, span, elements, single=len(items) == 1)
 
 
 def _sequence_items(evaluator: Evaluator, items: Items[syntax.Expr], frame: Frame) -> Loop:
@@ -259,38 +321,38 @@ def _source(value: Any, span: Span) -> Sequence:
     return Sequence.of(source_items(value, span))
 
 
-def _chunked(source: Code, span: Span, matcher: Matcher, loop: Loop) -> Code:
-    """One generator: its elements in chunks that double, each worked through at once.
+def _chunked(source: Code, span: Span, elements: Callable[[Env, list[Any]], list[Any]], *, single: bool) -> Code:
+    """One generator: its elements in chunks that grow, each worked through at once.
 
     A chunk looks further ahead than was asked for. If that goes wrong, the sequence ends in a thunk that goes
     wrong in the same way when someone comes so far.
     """
 
     def produce(env: Env, known: list[Any], position: int, rest: Any, size: int, endless: bool) -> Sequence:
-        found: list[Any] = []
-        emit = found.append
         while True:
             stop = min(position + size, len(known))
-            while position < stop:
-                try:
-                    inner = matcher(env, known[position])
-                    if inner is not None:
-                        loop(inner, emit)
-                except (Failure, RecursionError):
-                    if not found:
-                        raise
-                    return Sequence.lazy(found, _later(env, known, position, rest, 1, endless), endless=endless)
-                position += 1
+            try:
+                found = elements(env, known[position:stop])
+            except (Failure, RecursionError):
+                if size == 1:
+                    raise
+                size = 1  # look no further ahead than was asked for
+                continue
+            position = stop
             if position == len(known):
                 if rest is None:
                     return Sequence.of(found)
                 if found:
-                    return Sequence.lazy(found, _later(env, known, position, rest, 2 * size, endless), endless=endless)
+                    return Sequence.lazy(
+                        found, _later(env, known, position, rest, _GROWTH * size, endless), endless=endless
+                    )
                 known, rest = _known(force(rest), span)
                 position = 0
             elif found:
-                return Sequence.lazy(found, _later(env, known, position, rest, 2 * size, endless), endless=endless)
-            size = min(2 * size, _LARGEST_CHUNK)
+                return Sequence.lazy(
+                    found, _later(env, known, position, rest, _GROWTH * size, endless), endless=endless
+                )
+            size = min(_GROWTH * size, _LARGEST_CHUNK)
 
     def _later(env: Env, known: list[Any], position: int, rest: Any, size: int, endless: bool) -> Thunk:
         def go_on(_: Env) -> Sequence:
@@ -303,6 +365,13 @@ def _chunked(source: Code, span: Span, matcher: Matcher, loop: Loop) -> Code:
 
     def start(env: Env) -> Sequence:
         sequence = _source(source(env), span)
+        if single and sequence.rest is None:
+            backward = sequence.known_backward()
+            if len(backward) <= _FIRST_CHUNK:
+                # A short sequence is worked through at once, back to front as it is kept.
+                with suppress(Failure, RecursionError):
+                    found = elements(env, backward)
+                    return Sequence(found, len(found))
         known, rest = _known(sequence, span)
         return produce(env, known, 0, rest, _FIRST_CHUNK, sequence.endless)
 
@@ -312,10 +381,7 @@ def _chunked(source: Code, span: Span, matcher: Matcher, loop: Loop) -> Code:
 def _known(value: Any, span: Span) -> tuple[list[Any], Any]:
     """The elements of a sequence that are known, and the thunk of the others if there may be any."""
     sequence = _source(value, span)
-    rest = sequence._rest
-    if rest is None:
-        return sequence.items(), None
-    return sequence._items[sequence._end :], rest
+    return sequence.known_backward()[::-1], sequence.rest
 
 
 def _joined(source: Code, span: Span, matcher: Matcher, then: Code) -> Code:

@@ -7,16 +7,15 @@ from collections.abc import Callable
 from typing import Any
 
 from cspm import syntax
-from cspm.dots import Dotted, Event, dot
 from cspm.evaluator.builtins_data import append, length
 from cspm.evaluator.core import CONDITIONS, DELAYED, VALUES, Condition, Evaluator, compiles, unwrap
 from cspm.evaluator.frames import Frame
 from cspm.failure import Failure
 from cspm.messages import evaluation as messages
-from cspm.names_symbols import SymbolKind
 from cspm.source import Span
 from cspm.thunks import Code, Env, Thunk
-from cspm.values import FALSE, TRUE, Boolean, Sequence, equal, less, string
+from cspm.values import FALSE, TRUE, Sequence, string
+from cspm.values_compare import equal, less
 
 # --- literals ------------------------------------------------------------------------------------------------
 
@@ -276,7 +275,7 @@ def _unary(evaluator: Evaluator, node: syntax.Unary, frame: Frame) -> Code:
     return negate
 
 
-# --- sequences and dots --------------------------------------------------------------------------------------
+# --- sequences -----------------------------------------------------------------------------------------------
 
 
 def _concatenation(evaluator: Evaluator, node: syntax.Binary, frame: Frame) -> Code:
@@ -311,91 +310,6 @@ def _concatenation(evaluator: Evaluator, node: syntax.Binary, frame: Frame) -> C
             raise
 
     return concatenate
-
-
-def dot_parts(node: syntax.Expr) -> list[syntax.Expr]:
-    """The expressions that dots join in *node*, left to right, brackets looked through."""
-    found: list[syntax.Expr] = []
-    stack = [node]
-    while stack:
-        current = unwrap(stack.pop())
-        if isinstance(current, syntax.Dot):
-            stack += (current.right, current.left)
-        else:
-            found.append(current)
-    return found
-
-
-SIMPLE = frozenset({int, str, Boolean, Event})
-"""Kinds of values that are one field whatever stands around them, and cheap to look up."""
-
-
-def with_fields(evaluator: Evaluator, parts: list[syntax.Expr], frame: Frame, span: Span) -> Code | None:
-    """Code for a channel or constructor with fields, by looking up the complete value.
-
-    None if the first of *parts* is no name of a channel or constructor.
-    """
-    name = parts[0]
-    if len(parts) < 2 or not isinstance(name, syntax.Name):
-        return None
-    symbol = evaluator.names.symbol(name)
-    if symbol.kind not in (SymbolKind.CHANNEL, SymbolKind.CONSTRUCTOR):
-        return None
-    head = frame.unit.head(symbol)
-    codes = [evaluator.value(part, frame) for part in parts[1:]]
-    known = head.known
-
-    def build(fields: Env) -> Any:
-        joined = fields[-1]
-        try:
-            for field in reversed(fields[:-1]):
-                joined = dot(field, joined)
-            return dot(head.value, joined)
-        except Failure as failure:
-            failure.at(span)
-            raise
-
-    if len(codes) == 1:
-        (only,) = codes
-
-        def one(env: Env) -> Any:
-            fields = (only(env),)
-            if type(fields[0]) in SIMPLE:
-                return known.get(fields) or build(fields)
-            return build(fields)
-
-        return one
-
-    def several(env: Env) -> Any:
-        fields = tuple([code(env) for code in codes])
-        for field in fields:
-            if type(field) not in SIMPLE and not (type(field) is Dotted and field.complete):
-                return build(fields)
-        return known.get(fields) or build(fields)
-
-    return several
-
-
-@compiles(VALUES, syntax.Dot)
-def _dot(evaluator: Evaluator, node: syntax.Dot, frame: Frame) -> Code:
-    return with_fields(evaluator, dot_parts(node), frame, node.span) or _dot_in_general(evaluator, node, frame)
-
-
-def _dot_in_general(evaluator: Evaluator, node: syntax.Dot, frame: Frame) -> Code:
-    left = evaluator.value(node.left, frame)
-    right = evaluator.value(node.right, frame)
-    span = node.span
-
-    def join(env: Env) -> Any:
-        a = left(env)
-        b = right(env)
-        try:
-            return dot(a, b)
-        except Failure as failure:
-            failure.at(span)
-            raise
-
-    return join
 
 
 # --- what need not be delayed --------------------------------------------------------------------------------

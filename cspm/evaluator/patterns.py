@@ -11,7 +11,8 @@ from cspm.evaluator.frames import Frame
 from cspm.names_symbols import SymbolKind
 from cspm.sets import Set
 from cspm.thunks import Env, Thunk, force
-from cspm.values import FALSE, TRUE, Sequence, equal, string
+from cspm.values import FALSE, TRUE, Sequence, string
+from cspm.values_compare import equal
 
 if TYPE_CHECKING:
     from cspm.evaluator.core import Evaluator

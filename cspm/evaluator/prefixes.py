@@ -8,9 +8,9 @@ from typing import Any, TypeAlias
 from cspm import dots, syntax
 from cspm.dots import ChannelHead, Dotted, Event, as_one, extension_parts, joined, next_field
 from cspm.evaluator.core import PROCESSES, VALUES, Evaluator, compiles
+from cspm.evaluator.dotting import dot_parts, with_fields
 from cspm.evaluator.frames import Frame
 from cspm.evaluator.free import mentioned
-from cspm.evaluator.operators import dot_parts, with_fields
 from cspm.evaluator.patterns import Matcher, compile_pattern, is_irrefutable, is_variable
 from cspm.evaluator.timed import timed_prefix
 from cspm.failure import Failure

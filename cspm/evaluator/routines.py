@@ -13,6 +13,7 @@ from cspm import syntax
 from cspm.evaluator.core import PROCESS_TYPES
 from cspm.evaluator.frames import Frame
 from cspm.evaluator.free import mentioned
+from cspm.evaluator.fusion import fused_body
 from cspm.evaluator.keys import Failed, Itself, key_of
 from cspm.evaluator.patterns import Matcher, compile_pattern, is_variable
 from cspm.evaluator.sorts import Sort
@@ -27,7 +28,9 @@ from cspm.values import Function
 if TYPE_CHECKING:
     from cspm.evaluator.core import Evaluator
 
-LONGEST_UNFOLDING = 100_000
+HOT = 60
+"""After so many calls the body of a function is worth a Python function of its own."""
+LONGEST_UNFOLDING = 25_000
 """A process may stand for another that stands for another, so often."""
 
 Clause = tuple[tuple[syntax.Pattern, ...], syntax.Expr]
@@ -38,7 +41,7 @@ class Routine:
     """A definition in its frame: ``groups`` are the sizes of its parameter lists, () for a plain name.
 
     ``enter`` and ``enter_process`` run it in an environment that ends in all its arguments; both compile the clauses
-    when first called; ``enter`` must be given values, not thunks, for the parameters that are ``strict``.
+    when first called; they must be given values, not thunks, for the parameters that are ``strict``.
     ``known_process`` says that what it gives is a process.
     """
 
@@ -90,11 +93,33 @@ class Routine:
     # --- running --------------------------------------------------------------------------------------------
 
     def _first_value(self, env: Env) -> Any:
-        self.enter = self._compile(self.evaluator.value, self.strict or (False,) * self.width)
+        strict = self.strict or (False,) * self.width
+        code = self._compile(self.evaluator.value, strict)
+        self.enter = code
+        if self.groups and self.sort is Sort.DATA and self.evaluator.sorts.types is not None:
+            self.enter = self._until_hot(code, strict)
         return self.enter(env)
 
+    def _until_hot(self, code: Code, strict: tuple[bool, ...]) -> Code:
+        """*code* for the first calls, and then the same with its bodies fused."""
+        calls = 0
+
+        def fused(body: syntax.Expr, frame: Frame) -> Code:
+            return fused_body(self.evaluator, body, frame, self.evaluator.value(body, frame))
+
+        def counted(env: Env) -> Any:
+            nonlocal calls
+            calls += 1
+            if calls > HOT:
+                if self.enter is counted:
+                    self.enter = self._compile(fused, strict)
+                return self.enter(env)
+            return code(env)
+
+        return counted
+
     def _first_process(self, env: Env) -> Process:
-        code: Callable[[Env], Process] = self._compile(self.evaluator.process, (False,) * self.width)
+        code: Callable[[Env], Process] = self._compile(self.evaluator.process, self.strict or (False,) * self.width)
         self.enter_process = code
         return code(env)
 
@@ -137,6 +162,12 @@ class Routine:
         while isinstance(pattern, syntax.ParenPattern):
             pattern = pattern.inner
         return self.evaluator.names.symbol(pattern)
+
+    def prepared(self, arguments: Env) -> Env:
+        """The arguments with those evaluated that must not be thunks."""
+        if self.strict is None:
+            return arguments
+        return tuple([force(value) if strict else value for value, strict in zip(arguments, self.strict, strict=True)])
 
     def shown(self, arguments: Sequence[Any]) -> str:
         """The definition's name with *arguments*, as a person would write it."""
@@ -304,7 +335,8 @@ class Use(Definition):
         return self.routine.evaluator.run(self._unfold)
 
     def _unfold(self) -> Process:
-        return self.routine.unfold(self.key, lambda: self.text, self.base + self.arguments, self.body)
+        arguments = self.routine.prepared(self.arguments)
+        return self.routine.unfold(self.key, lambda: self.text, self.base + arguments, self.body)
 
 
 def passed(error: Exception, routine: Routine, arguments: Env, span: Span) -> Failure:
@@ -343,10 +375,7 @@ def call_routine(routine: Routine, base: Env, arguments: Env, span: Span) -> Any
     """The value that a definition gives for all its arguments; if that is a process, the reference to it."""
     if routine.known_process:
         return routine.reference(base, arguments)
-    if routine.strict is not None:
-        arguments = tuple(
-            [force(value) if strict else value for value, strict in zip(arguments, routine.strict, strict=True)]
-        )
+    arguments = routine.prepared(arguments)
     try:
         value = routine.enter(base + arguments)
     except (Failure, RecursionError) as error:

@@ -67,7 +67,9 @@ def after_tocks(timing: Timing, count: Any, then: Process, span: Span | None = N
     return then
 
 
-def timed_prefix(evaluator: Evaluator, timing: Timing, env: Env, branches: Sequence[tuple[int, Process]], span: Span) -> Process:
+def timed_prefix(
+    evaluator: Evaluator, timing: Timing, env: Env, branches: Sequence[tuple[int, Process]], span: Span
+) -> Process:
     """``X = tock -> X [] a -> tock^f(a) -> P [] ...``; without branches ``TSTOP``."""
     if not branches:
         return timed_stop(timing)

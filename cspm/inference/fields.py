@@ -25,6 +25,9 @@ from cspm.types import (
     spread,
 )
 
+OPERANDS = ("the left operand of", "the right operand of")
+"""How the roles of operands begin. A constructor without its fields is often the end of ``x == A.1``."""
+
 
 def field_mistake(
     node: syntax.Node, expected: Type, actual: Type, role: str, labels: Sequence[Label], writer: TypeWriter
@@ -76,7 +79,9 @@ def missing(
     in_set: bool = False,
 ) -> Diagnostic:
     """*node* would be a *result* with some more *fields*; *in_set* tells that it is to be an element of a set."""
-    if in_set and result is EVENT:
+    if role.startswith(OPERANDS):
+        help_line = "`.` binds more loosely than any operator on values: put brackets around the dotted value"
+    elif in_set and result is EVENT:
         help_line = "write `{| ... |}` for all events of a channel"
     elif result is EVENT:
         help_line = "give it its fields, as in `c.x`, `c!x` or `c?x`"

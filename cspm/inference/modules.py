@@ -94,7 +94,7 @@ class ModuleRules(DeclarationRules):
             return self.views.qualified(unit.symbols[0])
         if isinstance(unit.declaration, syntax.ModuleDeclaration):
             return unit.declaration.name
-        return "Timed" if isinstance(unit.declaration, syntax.TimedDeclaration) else "assert"
+        return "Timed"
 
 
 def _within(module: Symbol, outer: Symbol) -> bool:

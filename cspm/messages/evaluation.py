@@ -203,9 +203,13 @@ def outside_field(name: str, is_channel: bool, position: int, value: Any, domain
     example="channel c : {0.0, 1.1}\nP = c.0.0 -> STOP\nassert P :[deadlock free]",
     repair="channel c : {0..1}.{0..1}\nP = c.0.0 -> STOP\nassert P :[deadlock free]",
 )
-def not_rectangular(name: str, found: Any, absent: Any) -> Diagnostic:
-    """The set *found* in the declaration of *name* lacks the combination *absent* (None: lengths differ)."""
-    note = "its values have different numbers of fields" if absent is None else f"`{_show(absent)}` is missing"
+def not_rectangular(name: str, found: Any, absent: Sequence[Any]) -> Diagnostic:
+    """The set *found* in the declaration of *name* lacks the combinations *absent* (none: the lengths differ)."""
+    if absent:
+        shown = ", ".join(f"`{_show(value)}`" for value in absent[:3])
+        note = f"missing: {shown}{', ...' if len(absent) > 3 else ''}"
+    else:
+        note = "its values have different numbers of fields"
     return Diagnostic(
         "CSP410",
         f"the field type `{_show(found)}` of `{name}` is not a product of sets",

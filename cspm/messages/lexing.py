@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from difflib import get_close_matches
 
-from cspm.diagnostics import Diagnostic, Label, mistake
+from cspm.diagnostics import Diagnostic, mistake
 from cspm.source import Span
 
 
@@ -289,7 +289,6 @@ def malformed_property(span: Span) -> Diagnostic:
 
 
 __all__ = [
-    "Label",
     "binary_file",
     "file_cannot_be_read",
     "include_cannot_be_read",

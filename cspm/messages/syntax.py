@@ -279,6 +279,20 @@ def operator_without_operand(span: Span) -> Diagnostic:
     )
 
 
+@mistake(
+    "CSP115",
+    "an annotation without a blank beside `::`",
+    explanation="`M::x` without blanks is one name, the `x` of the module `M`. The `::` of an annotation needs a blank "
+    "on one side at least.",
+    example="x::Int\nx = 1",
+    repair="x :: Int\nx = 1",
+)
+def annotation_without_blank(span: Span) -> Diagnostic:
+    """A qualified name that stands alone as a declaration."""
+    name, _, rest = span.text.partition("::")
+    return Diagnostic("CSP115", f"`{span.text}` is one name", span, help=f"to give a type write `{name} :: {rest}`")
+
+
 # --- what is missing -----------------------------------------------------------------------------------------
 
 
@@ -484,6 +498,7 @@ def empty_module_brackets(span: Span) -> Diagnostic:
 
 __all__ = [
     "annotated_twice",
+    "annotation_without_blank",
     "annotation_without_definition",
     "both_outside_pattern",
     "chained_comparison",

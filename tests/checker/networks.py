@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from itertools import product
 
 import numpy as np
+import pytest
 from hypothesis import strategies as st
 
 from checker.lts import Lts
@@ -181,8 +182,10 @@ class Explorer:
         if network.formats > 1:
             return bool(ticks) and state == (network.formats - 1, (0,) * len(network.slots))
         return any(
-            all(state[1][place] in network.slots[place].lts.targets[network.slots[place].lts.labels == wanted]
-                for place, wanted in rule.moves)
+            all(
+                state[1][place] in network.slots[place].lts.targets[network.slots[place].lts.labels == wanted]
+                for place, wanted in rule.moves
+            )
             for rule in ticks
         )
 
@@ -213,3 +216,14 @@ class Explorer:
             if len(events) != len(set(events)):
                 return True
         return False
+
+
+def small_buffers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have the search do with small networks what it does with large ones."""
+    monkeypatch.setattr("checker.level_search.PARALLEL_ROWS", 1)
+    monkeypatch.setattr("checker.level_search.CAPACITY", 8)
+    monkeypatch.setattr("checker.level_search.SMALL_CAPACITY", 2)
+    monkeypatch.setattr("checker.level_search.SHARED_CAPACITY", 2)
+    monkeypatch.setattr("checker.expansion.CAPACITY", 4)
+    monkeypatch.setattr("checker.expansion.SMALL_CAPACITY", 1)
+    monkeypatch.setattr("checker.parallel_search.CLAIMED", 3)

@@ -30,13 +30,11 @@ from tests.checker.textbook import (
     c,
     checker,
     choose,
-    d,
     events,
     forever,
     hidden,
     identifiers,
     interleave,
-    meet,
     perhaps,
     rows_of,
     sequence,
@@ -229,15 +227,6 @@ class TestComponents:
 
     def test_a_deadlock_refuses_the_whole_alphabet(self, philosophers: Counterexample) -> None:
         assert philosophers.refusal == tuple(f"{name}.{i}" for name in ("take", "put") for i in range(4))
-
-    def test_what_happens_is_no_reason_to_wait(self) -> None:
-        """Q waits for P at c; P's a can happen without anyone."""
-        left, right = then(a, c, STOP), then(c, STOP)
-        system = then(d, meet((events(a, c), left), (events(c), right)))
-        found = checker().check_refinement(then(d, STOP), "T", system).counterexample
-        assert found is not None
-        waits = {part.name: part.waiting_for for part in found.components}
-        assert set(waits.values()) <= {(), ("a -> c -> STOP",)}
 
     def test_events_are_named_as_the_component_sees_them(self) -> None:
         """A hidden hand-over is a tau of the whole and c for the two."""

@@ -166,6 +166,15 @@ class TestShapes:
         ]
         assert network.private_labels == (e,)
 
+    def test_hidden_events_are_told_in_every_format(self) -> None:
+        both = Parallel(events(a), (loop(a, 2, "A"), loop(a, 2, "A'")))
+        process = Hide(Sequential(interleaved(prefix(e, SKIP), prefix(d, SKIP)), both), events(a, e))
+        network = of_formats(process)
+        assert [sorted((rule.result, rule.cause) for rule in network.rules if rule.format == i) for i in (0, 1)] == [
+            [(TAU, TAU), (TAU, e), (d, d)],
+            [(TAU, a), (b, b), (b, b)],
+        ]
+
     def test_a_choice_between_parallels(self) -> None:
         process = ExternalChoice((AB, interleaved(loop(e, 3, "C"), STOP)))
         network = of_formats(process)

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from unittest import mock
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from checker import normaliser
+from checker.acceptances import divergent_states
 from checker.lts import Lts
 from checker.normal_form import NormalForm
-from checker.normalisation import Normaliser, divergent_states, is_deterministic, minimised, normalise
+from checker.normalisation import is_deterministic, minimised, normalise
+from checker.normaliser import Normaliser
 from cspm.events import TAU, TICK
 from tests.checker import explicit
 from tests.checker.explicit import A, B, C, Rows, lts, machines
@@ -33,9 +38,11 @@ def should_say(rows: Rows, states: explicit.States, model: str) -> tuple[object,
 
 
 @settings(deadline=None)
-@given(machines(), st.sampled_from(MODELS), st.booleans())
-def test_each_node_says_what_its_traces_say(rows: Rows, model: str, minimise: bool) -> None:
-    normal_form = normalise(lts(rows), model, minimise=minimise)
+@given(machines(), st.sampled_from(MODELS), st.booleans(), st.sampled_from((0, 2, 100)))
+def test_each_node_says_what_its_traces_say(rows: Rows, model: str, minimise: bool, large: int) -> None:
+    """Whether sets of states count as large, and are worked on in arrays, or not."""
+    with mock.patch.object(normaliser, "LARGE", large):
+        normal_form = normalise(lts(rows), model, minimise=minimise)
     for trace in explicit.traces(rows, 4):
         node = normal_form.along(trace)
         assert node is not None
@@ -178,6 +185,18 @@ def test_fifty_thousand_nodes_by_subset_construction() -> None:
     normal_form = normalise(Lts.from_successors(rows), "F", minimise=False)
     assert normal_form.nodes == 200 * 251
     assert normalise(Lts.from_successors(rows), "F").nodes == 1
+
+
+def test_nodes_of_many_states() -> None:
+    """A ladder of taus: after n steps of a the machine can be in any state from the n-th on."""
+    size = 400
+    rows: Rows = [{(TAU, min(s + 1, size)), (A, min(s + 1, size))} for s in range(size)] + [{(B, 0)}]
+    for model in MODELS:
+        whole = normalise(lts(rows), model, minimise=False)
+        assert whole.nodes == size + 1
+        assert says(whole, 0) == should_say(rows, explicit.start(rows), model)
+        with mock.patch.object(normaliser, "LARGE", 5000):
+            assert normalise(lts(rows), model, minimise=False).targets.tolist() == whole.targets.tolist()
 
 
 def test_minimisation_is_given_up_when_it_takes_too_long() -> None:

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from checker.normalisation import divergent_states
+from checker.acceptances import divergent_states
 from checker.verdict import Outcome, Verdict
 from cspm.process import DIV, SKIP, STOP, Chaos, Process, Rename, Run
 from tests.checker import explicit

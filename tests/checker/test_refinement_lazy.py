@@ -119,7 +119,7 @@ class TestRefinement:
         assert outcome.reason is not None
         assert outcome.reason.startswith("more than 100 states: `Bag` is called with 100 different arguments")
 
-    @settings(max_examples=50, deadline=None)
+    @settings(max_examples=30, deadline=None)
     @given(terms, st.sampled_from(("T", "F", "FD")), terms)
     def test_the_verdict_and_counterexample_are_those_of_the_whole_normal_form(
         self, spec: Process, model: str, impl: Process

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from checker import level_search
 from checker.network import Network
 from checker.packed import PackedNetwork, pack
 from checker.search import Exploration, enabled, explore, successors
 from checker.verdict import Limits
 from cspm.events import TAU
-from tests.checker.networks import Explorer, State, networks
+from tests.checker.networks import Explorer, State, networks, small_buffers
 
 ANY = st.one_of(networks(), networks(most_formats=3), networks(padding=4, most_slots=2), networks(taus=False))
 
@@ -49,10 +48,9 @@ WAYS = [
 
 
 @pytest.fixture(autouse=True)
-def share_everything(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Let several workers share even the smallest levels."""
-    monkeypatch.setattr(level_search, "PARALLEL_ROWS", 1)
-    yield
+def everything_small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let several workers share even the smallest levels, and let all buffers be too small at first."""
+    small_buffers(monkeypatch)
 
 
 def tuples(exploration: Exploration, indices: np.ndarray | slice) -> list[State]:
@@ -62,7 +60,7 @@ def tuples(exploration: Exploration, indices: np.ndarray | slice) -> list[State]
 
 def by_level(exploration: Exploration) -> list[list[State]]:
     levels = exploration.levels
-    return [tuples(exploration, slice(first, end)) for first, end in zip(levels, levels[1:], strict=False)]
+    return [tuples(exploration, slice(first, end)) for first, end in pairwise(levels)]
 
 
 way = pytest.mark.parametrize("way", WAYS, ids=str)
@@ -127,9 +125,7 @@ def test_it_stops_after_the_first_level_with_what_is_looked_for(way: Way, networ
 def test_past_a_limit_of_states_only_whole_levels_count(way: Way, network: Network, limit: int) -> None:
     expected = Explorer(network)
     levels = expected.levels()
-    exploration = explore(
-        way.pack(network), limits=Limits(states=limit), workers=way.workers, compiled=way.compiled
-    )
+    exploration = explore(way.pack(network), limits=Limits(states=limit), workers=way.workers, compiled=way.compiled)
     # A level is complete when its successors are known, taus of the next level apart.
     known, whole = 0, 0
     for k, level in enumerate(levels):

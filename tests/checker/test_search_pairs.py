@@ -5,19 +5,20 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from checker import level_search
 from checker.network import Network
 from checker.normal_form import NormalForm, Semantics
 from checker.normalisation import Normaliser, normalise
-from checker.pair_search import PairExploration, explore_pairs
 from checker.packed import pack
+from checker.pair_search import PairExploration, explore_pairs
+from checker.search import explore
 from cspm.events import TAU, TICK
 from tests.checker import explicit
-from tests.checker.networks import Explorer, State, networks
+from tests.checker.networks import Explorer, State, networks, small_buffers
 
 Pair = tuple[int, State]
 Found = tuple[Pair, str, int]
@@ -67,9 +68,9 @@ class PairExplorer:
             if self.normal_form.after(node, event) is None:
                 yield pair, "trace", event
         offered = {TICK} if TICK in events else events
-        if TICK in events or TAU not in events:
-            if not any(offered >= set(acceptance) for acceptance in self.normal_form.acceptances(node)):
-                yield pair, "refusal", -1
+        enough = any(offered >= set(acceptance) for acceptance in self.normal_form.acceptances(node))
+        if (TICK in events or TAU not in events) and not enough:
+            yield pair, "refusal", -1
         if self.model == "FD" and self.states.tau_cyclic([state]):
             yield pair, "divergence", -1
 
@@ -85,9 +86,9 @@ def pairs_of(exploration: PairExploration, first: int = 0, last: int | None = No
 
 
 @pytest.fixture(autouse=True)
-def share_everything(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let several workers share even the smallest levels."""
-    monkeypatch.setattr(level_search, "PARALLEL_ROWS", 1)
+def everything_small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let several workers share even the smallest levels, and let all buffers be too small at first."""
+    small_buffers(monkeypatch)
 
 
 ways = pytest.mark.parametrize(("workers", "compiled"), [(1, False), (2, False), (1, True), (3, True)])
@@ -101,7 +102,6 @@ questions = given(
     network=implementations,
     rows=explicit.machines(states=4),
     model=st.sampled_from(MODELS),
-    lazy=st.booleans(),
     own=st.booleans(),
 )
 
@@ -109,8 +109,6 @@ questions = given(
 def specification(network: Network, rows: explicit.Rows, model: Semantics, own: bool) -> NormalForm:
     """A normal form that has something to do with the network: of a random machine, or of the network itself."""
     if own:
-        from checker.search import explore
-
         return normalise(explore(pack(network), compiled=False).to_lts(), model)
     return normalise(explicit.lts(rows), model)
 
@@ -119,7 +117,7 @@ def specification(network: Network, rows: explicit.Rows, model: Semantics, own: 
 @checked
 @questions
 def test_it_finds_the_first_level_with_violations_and_all_of_those(
-    workers: int, compiled: bool, network: Network, rows: explicit.Rows, model: Semantics, lazy: bool, own: bool
+    workers: int, compiled: bool, network: Network, rows: explicit.Rows, model: Semantics, own: bool
 ) -> None:
     normal_form = specification(network, rows, model, own)
     expected = PairExplorer(network, normal_form, model)
@@ -133,7 +131,9 @@ def test_it_finds_the_first_level_with_violations_and_all_of_those(
     assert found.transitions == sum(len(expected.moves[pair]) for pair in reached)
     if level is not None:
         pairs = pairs_of(found)
-        violations = {found_at for pair, k in expected.level.items() if k == level for found_at in expected.violations(pair)}
+        violations = {
+            found_at for pair, k in expected.level.items() if k == level for found_at in expected.violations(pair)
+        }
         listed = [(pairs[v.index], v.kind, v.event) for v in found.violations()]
         assert len(set(listed)) == len(listed)
         assert set(listed) == violations
@@ -143,7 +143,7 @@ def test_it_finds_the_first_level_with_violations_and_all_of_those(
 @checked
 @questions
 def test_a_full_search_explores_everything_that_is_allowed(
-    workers: int, compiled: bool, network: Network, rows: explicit.Rows, model: Semantics, lazy: bool, own: bool
+    workers: int, compiled: bool, network: Network, rows: explicit.Rows, model: Semantics, own: bool
 ) -> None:
     normal_form = specification(network, rows, model, own)
     expected = PairExplorer(network, normal_form, model)
@@ -181,8 +181,6 @@ def test_successors_of_a_pair_say_what_the_specification_does(
     found = explore_pairs(pack(network), normal_form, model, full=True, compiled=False)
     states = Explorer(network)
     packed = found.packed
-    import numpy as np
-
     after = found.successors(np.arange(found.levels[-1]))
     for i, (node, state) in enumerate(pairs_of(found)):
         part = slice(after.offsets[i], after.offsets[i + 1])

@@ -10,13 +10,13 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from checker import level_search
 from checker.network import Network
 from checker.packed import PackedNetwork, pack
 from checker.paths import Step, shortest_path, tau_loop
 from checker.search import Exploration, explore
 from cspm.events import TAU
-from tests.checker.networks import Explorer, State, networks
+from tests.checker.networks import Explorer, State, networks, small_buffers
+from tests.checker.vehicle import cycle, synchronised
 
 Key = tuple[int, int, tuple[int, ...], int]
 """What steps are compared by: event, cause, packed state afterwards, rule."""
@@ -73,9 +73,9 @@ class Paths:
             for key, after in self.options(here):
                 if key[0] == TAU and ahead.get((position, after)) == left - 1:
                     candidates.append((key, after, position))
-                elif position < len(trace) and key[0] == trace[position]:
-                    if ahead.get((position + 1, after)) == left:
-                        candidates.append((key, after, position + 1))
+                onward = position < len(trace) and key[0] == trace[position]
+                if onward and ahead.get((position + 1, after)) == left:
+                    candidates.append((key, after, position + 1))
             key, here, position = min(candidates)
             path.append(key)
         return path
@@ -107,9 +107,9 @@ def keys(network: Network, path: tuple[Step, ...]) -> list[Key]:
 
 
 @pytest.fixture(autouse=True)
-def share_everything(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let several workers share even the smallest levels."""
-    monkeypatch.setattr(level_search, "PARALLEL_ROWS", 1)
+def everything_small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let several workers share even the smallest levels, and let all buffers be too small at first."""
+    small_buffers(monkeypatch)
 
 
 ways = pytest.mark.parametrize(("workers", "compiled"), [(1, False), (2, False), (3, True)])
@@ -176,8 +176,6 @@ def test_a_loop_of_taus_is_the_shortest_then_the_least(workers: int, compiled: b
 
 
 def test_a_state_on_no_loop_of_taus_has_none() -> None:
-    from tests.checker.vehicle import cycle, synchronised
-
     exploration = explore(pack(synchronised({"P": cycle("a", "b")})), compiled=False)
     with pytest.raises(ValueError, match="no cycle of taus leads through the state"):
         tau_loop(exploration, 0)

@@ -18,14 +18,18 @@ from hypothesis import strategies as st
 from cspm import syntax as s
 from cspm.source import Source
 
-EXAMPLES = int(os.environ.get("CSPCHECK_FUZZ", "2500"))
-"""How many random inputs each fuzzing test tries."""
+EXAMPLES = int(os.environ.get("CSPCHECK_FUZZ", "5000"))
+"""How many random inputs the fuzzing tests try together."""
 
-fuzz = settings(
-    max_examples=EXAMPLES,
-    deadline=5000,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much],
-)
+
+def fuzz(share: float) -> settings:
+    """The settings of a test that tries a share of them, none for more than five seconds."""
+    return settings(
+        max_examples=max(1, int(EXAMPLES * share)),
+        deadline=5000,
+        suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much],
+    )
+
 
 NOWHERE = Source("<made>", "").span(0, 0)
 

@@ -57,5 +57,3 @@ def _built(draw: st.DrawFn, items: list[Any]) -> Sequence:
     assert step is not None
     tail = step[1]
     return tail.force() if isinstance(tail, Thunk) else tail  # type: ignore[no-any-return]
-
-

@@ -247,6 +247,15 @@ def test_a_field_too_few() -> None:
     ]
 
 
+def test_a_dot_behind_an_operator() -> None:
+    assert told("datatype T = A.{0..1} | B\nx = B == A.1") == [
+        "CSP307 2:10 1 field missing: this needs `.Int` to become `T`",
+        "A  in the right operand of `==`",
+        "label B: the left operand has type `T`",
+        "help `.` binds more loosely than any operator on values: put brackets around the dotted value",
+    ]
+
+
 def test_channels_in_plain_braces() -> None:
     assert told("channel c : {0..1}.Bool\nP = STOP \\ {c}") == [
         "CSP307 2:12 2 fields missing: this needs `.Int.Bool` to become `Event`",
@@ -380,6 +389,15 @@ def test_open_fields_that_must_be_definite() -> None:
     assert told("one :: (a =>* Event) -> Proc\none(x) = x!1 -> STOP")[0] == (
         "CSP320 2:10 the annotation allows any fields for `a`, but here these must be `Int`"
     )
+
+
+def test_a_local_type_too_large_to_be_looked_through() -> None:
+    local = "\n".join(["f(x) = let", *(f"  a{i + 1} = (a{i}, a{i})" for i in range(30)), "  a0 = (1, 2)"])
+    assert told(f"{local}\n  within a30 == a30") == [
+        "CSP319 33:10 the type of this is too large",
+        "a30 == a30",
+        "help use sequences or datatypes in place of tuples",
+    ]
 
 
 # --- how much is told -------------------------------------------------------------------------------------------

@@ -159,6 +159,16 @@ def test_the_size_of_a_type_counts_shared_parts_as_often_as_they_are_written() -
     assert not larger_than(TupleOf([INT, INT]), 3)
 
 
+def test_a_type_that_is_far_too_large_is_written_in_part() -> None:
+    type_ = TupleOf([INT, INT])
+    for _ in range(60):
+        type_ = TupleOf([type_, type_])
+    (text,) = show(type_)
+    assert text.startswith("((((")
+    assert text.endswith("...)")
+    assert len(text) < 20_000
+
+
 def test_every_name_of_the_language_has_a_type() -> None:
     assert set(SIGNATURES) == BUILTINS | TIMED_BUILTINS | TRANSPARENT | EXTERNAL
 

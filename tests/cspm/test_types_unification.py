@@ -38,6 +38,7 @@ from cspm.types import (
 from cspm.unification import CannotUnify, Clash, InfiniteType, TypeClash, Unifier
 
 ATOMS = [INT, BOOL, CHAR, PROC, EVENT]
+UNHURRIED = settings(deadline=None)
 
 
 # --- ordinary types against Robinson's algorithm ----------------------------------------------------------------
@@ -110,6 +111,7 @@ def robinson(one: Term, other: Term) -> dict[int, Term] | None:
     return {variable: apply(variable) for variable in range(4)}
 
 
+@UNHURRIED
 @given(terms(), terms())
 def test_ordinary_types_unify_as_in_the_textbook(one: Term, other: Term) -> None:
     variables = [Variable(1) for _ in range(4)]
@@ -125,6 +127,7 @@ def test_ordinary_types_unify_as_in_the_textbook(one: Term, other: Term) -> None
         assert show(left) == show(right)
 
 
+@UNHURRIED
 @given(terms(), terms(), terms())
 def test_rolling_back_restores_every_variable(first: Term, one: Term, other: Term) -> None:
     variables = [Variable(level, level) for level in range(4)]
@@ -207,6 +210,7 @@ class World:
         return items[0]
 
 
+@UNHURRIED
 @given(st.data())
 def test_a_channel_with_all_its_fields_is_an_event_however_it_is_written(data: st.DataObject) -> None:
     world = World(data)
@@ -216,6 +220,7 @@ def test_a_channel_with_all_its_fields_is_an_event_however_it_is_written(data: s
     assert Unifier().settle(world.bracketed(list(items))) is EVENT
 
 
+@UNHURRIED
 @given(st.data())
 def test_a_field_too_many_or_of_another_type_is_no_event(data: st.DataObject) -> None:
     world = World(data)
@@ -227,6 +232,7 @@ def test_a_field_too_many_or_of_another_type_is_no_event(data: st.DataObject) ->
         Unifier().unify(EVENT, dotted([*items[:i], CHAR, *items[i + 1 :]]))
 
 
+@UNHURRIED
 @given(st.data())
 def test_a_variable_in_the_last_place_stands_for_all_fields_that_are_left(data: st.DataObject) -> None:
     world = World(data)
@@ -237,6 +243,7 @@ def test_a_variable_in_the_last_place_stands_for_all_fields_that_are_left(data: 
     assert parts(last) == world.fields[taken:]
 
 
+@UNHURRIED
 @given(st.data())
 def test_variables_in_other_places_stand_for_one_field_each(data: st.DataObject) -> None:
     world = World(data)
@@ -245,6 +252,7 @@ def test_variables_in_other_places_stand_for_one_field_each(data: st.DataObject)
     assert [resolve(variable) for variable in variables] == world.fields
 
 
+@UNHURRIED
 @given(st.data())
 def test_a_channel_that_is_a_variable_wants_what_it_is_given(data: st.DataObject) -> None:
     world = World(data)
@@ -254,6 +262,7 @@ def test_a_channel_that_is_a_variable_wants_what_it_is_given(data: st.DataObject
     assert show(channel) == show(world.channel)
 
 
+@UNHURRIED
 @given(st.data())
 def test_an_event_with_some_fields_wants_the_others(data: st.DataObject) -> None:
     world = World(data)
@@ -266,6 +275,7 @@ def test_an_event_with_some_fields_wants_the_others(data: st.DataObject) -> None
     assert show(Extendable(row, EVENT)) == show(wanted)
 
 
+@UNHURRIED
 @given(st.data())
 def test_the_last_variable_in_a_set_of_productions_takes_one_field(data: st.DataObject) -> None:
     world = World(data)
@@ -275,6 +285,7 @@ def test_the_last_variable_in_a_set_of_productions_takes_one_field(data: st.Data
     assert show(Extendable(row, EVENT)) == show(dotable(world.fields[1:], EVENT))
 
 
+@UNHURRIED
 @given(st.data())
 def test_a_parameter_that_is_a_channel_or_a_part_of_one_takes_it(data: st.DataObject) -> None:
     world = World(data)
@@ -301,6 +312,69 @@ def test_open_fields_of_two_channels_become_the_same() -> None:
     unifier.unify(side, Dot(dotable([CHAR, INT, BOOL], EVENT), CHAR))
     with pytest.raises(CannotUnify):
         unifier.unify(side, EVENT)
+
+
+def opened(*fields: Type) -> Type:
+    """Something that wants *fields*, and perhaps more, to be an event."""
+    return dotable(fields, Extendable(Variable(1), EVENT))
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+def test_two_open_types_share_the_fields_of_both(swapped: bool) -> None:
+    one, other = opened(INT), opened(INT, BOOL)
+    Unifier().unify(*((other, one) if swapped else (one, other)))
+    assert show(one) == show(other) == ("Int => Bool => a =>* Event",)
+
+
+def test_two_open_types_with_the_same_fields_stay_open_together() -> None:
+    one, other = opened(INT), opened(INT)
+    unifier = Unifier()
+    unifier.unify(one, other)
+    unifier.unify(one, dotable([INT, BOOL], EVENT))
+    assert show(other) == ("Int => Bool => Event",)
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+def test_a_variable_for_all_fields_takes_those_of_an_open_type_and_closes_it(swapped: bool) -> None:
+    whole, fields = opened(INT, BOOL), Variable(1)
+    Unifier().unify(*((Dotable(fields, EVENT), whole) if swapped else (whole, Dotable(fields, EVENT))))
+    assert show(whole, fields) == ("Int => Bool => Event", "Int.Bool")
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+def test_an_open_type_wants_no_fewer_fields_than_are_known(swapped: bool) -> None:
+    whole, channel = opened(INT, BOOL), Dotable(INT, EVENT)
+    with pytest.raises(CannotUnify):
+        Unifier().unify(*((channel, whole) if swapped else (whole, channel)))
+    whole, channel = opened(INT), dotable([INT, BOOL], EVENT)
+    Unifier().unify(*((channel, whole) if swapped else (whole, channel)))
+    assert show(whole) == ("Int => Bool => Event",)
+
+
+def test_open_fields_cannot_contain_themselves() -> None:
+    row = Variable(1)
+    with pytest.raises(InfiniteType):
+        Unifier().unify(Extendable(row, EVENT), Dotable(INT, Extendable(row, EVENT)))
+
+
+def test_productions_of_an_open_type_with_a_field_leave_it_open() -> None:
+    row, more = Variable(1), Variable(1)
+    Unifier().unify(Extendable(more, EVENT), Dot(Extendable(row, EVENT), INT))
+    assert show(Extendable(row, EVENT), Extendable(more, EVENT)) == ("Int => a =>* Event", "a =>* Event")
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+def test_a_last_variable_against_a_pair_with_an_event_takes_the_fields_and_the_rest(swapped: bool) -> None:
+    last = Variable(1)
+    pair, written = Dot(EVENT, INT), Dot(Dotable(BOOL, EVENT), last)
+    Unifier().unify(*((written, pair) if swapped else (pair, written)))
+    assert parts(last) == [BOOL, INT]
+
+
+def test_a_variable_that_a_dot_settles_to_is_no_infinite_type() -> None:
+    variable = Variable(1)
+    Unifier().unify(variable, Dot(Dotable(INT, variable), INT))
+    assert variable.binding is None
 
 
 def test_settling_reads_the_dots_inside_other_types() -> None:
@@ -345,7 +419,7 @@ def copied(type_: Type, memo: dict[Type, Type]) -> Type:
     return rebuilt(type_, below) if below else type_
 
 
-@settings(max_examples=400)
+@settings(UNHURRIED, max_examples=400)
 @given(tangled(), tangled(), st.booleans())
 def test_unification_ends_in_a_type_or_in_a_clash(one: Type, other: Type, as_argument: bool) -> None:
     memo: dict[Type, Type] = {}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cspm.diagnostics import ScriptError
@@ -14,7 +14,8 @@ from cspm.script import load
 from cspm.sets import Set, set_of
 from cspm.source import Source
 from cspm.thunks import Thunk, force
-from cspm.values import FALSE, TRUE, Map, Sequence, counting_from, deep, equal, less
+from cspm.values import FALSE, TRUE, Map, Sequence, counting_from, deep
+from cspm.values_compare import equal, less
 from cspm.values_order import in_order, order_key
 from cspm.values_text import show, show_short
 from tests.cspm.strategies_values import integers, sequences, values
@@ -125,11 +126,10 @@ def test_the_order_does_not_depend_on_where_one_begins(found: list[Any], random:
     assert in_order(shuffled) == in_order(found)
 
 
+@settings(max_examples=500)
 @given(values())
 def test_what_is_shown_is_read_back_as_the_same_value(value: Any) -> None:
-    read = EMPTY._evaluator.run(
-        lambda: deep(EMPTY._evaluator.value(EMPTY._tied(show(value))[0], EMPTY._top)(()))
-    )
+    read = EMPTY._evaluator.run(lambda: deep(EMPTY._evaluator.value(EMPTY._tied(show(value))[0], EMPTY._top)(())))
     assert read == value
 
 

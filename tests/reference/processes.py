@@ -108,7 +108,7 @@ _OPERATORS = (
     + ["rename"] * 3
     + ["sliding"] * 2
     + ["interleave"] * 2
-    + ["alphabetised"] * 2
+    + ["alphabetised"] * 4
     + ["interrupt"] * 2
     + ["throw"] * 2
     + ["input"] * 2
@@ -262,7 +262,8 @@ class Generator:
 
     def alphabetised(self, size: int, scope: Scope) -> Process:
         operands = self.operands(size, scope.closed())
-        return AlphabetisedParallel(tuple(self.events() for _ in operands), operands)
+        # Most events should be in an alphabet: those outside all are merely blocked.
+        return AlphabetisedParallel(tuple(self.events() | self.events() for _ in operands), operands)
 
     def linked(self, size: int, scope: Scope) -> Process:
         left, right = self.two(size, scope.closed(), scope.closed())

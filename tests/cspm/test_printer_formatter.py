@@ -1,0 +1,163 @@
+"""Formatting scripts: tidy lines, every comment in its place, and nothing else changed."""
+
+from __future__ import annotations
+
+import pytest
+
+from cspm.diagnostics import ScriptError
+from cspm.formatter import format_source
+from cspm.parser import parse
+from cspm.source import Source
+
+BEFORE = """\
+-- The head of the script
+
+
+-- goes on.
+channel a,b   -- both
+channel c:{0..3}.Bool {- data -}
+
+
+
+{- A comment
+     over lines -}
+datatype T=A -- first
+   |B.{0..2} -- second
+P=a->b->STOP    -- at the end
+  []c?x->  -- inside
+     (let y=x -- y
+          -- alone
+          z=2
+      within STOP)
+f(0)=1
+
+f(n)=if n>3 then
+   -- big
+   n else 0
+module M
+   -- private
+   x=1
+   -- last private
+exports
+   y=2
+endmodule
+g :: ((Int){- kept -})->Int
+g(x)=h( x,{- why -}2 )+ -- plus
+  3
+-- expect: fail
+assert P -- claimed
+  [T= Q
+-- The end
+"""
+
+AFTER = """\
+-- The head of the script
+
+-- goes on.
+channel a, b  -- both
+channel c : {0..3}.Bool {- data -}
+
+{- A comment
+     over lines -}
+datatype T =
+  A           -- first
+  | B.{0..2}  -- second
+P =
+  a -> b -> STOP  -- at the end
+  [] c?x ->  -- inside
+       (
+         let
+           y = x  -- y
+           -- alone
+           z = 2
+         within STOP
+       )
+f(0) = 1
+
+f(n) =
+  if n > 3 then
+    -- big
+    n
+  else
+    0
+module M
+  -- private
+  x = 1
+  -- last private
+exports
+  y = 2
+endmodule
+g :: (Int {- kept -}) -> Int
+g(x) = h(x, {- why -} 2) +  -- plus
+    3
+-- expect: fail
+assert P  -- claimed
+    [T= Q
+-- The end
+"""
+
+
+def formatted(text: str) -> str:
+    return format_source(Source("script.csp", text))
+
+
+def test_a_script_with_comments_everywhere() -> None:
+    assert formatted(BEFORE) == AFTER
+
+
+def test_a_tidy_script_stays_as_it_is() -> None:
+    assert formatted(AFTER) == AFTER
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("", ""),
+        ("\n\n", ""),
+        ("-- only a comment", "-- only a comment\n"),
+        ("x=1", "x = 1\n"),
+        ("x = 1   \n\n\n\ny = 2", "x = 1\n\ny = 2\n"),
+        ("x = 1\ny = 2", "x = 1\ny = 2\n"),
+        ("P = a -> STOP\n []b->STOP", "P =\n  a -> STOP\n  [] b -> STOP\n"),
+        ("P = a -> STOP []b->STOP", "P = a -> STOP [] b -> STOP\n"),
+        ("P = a ->\nb ->\nSTOP", "P =\n  a ->\n    b ->\n    STOP\n"),
+        ("P = a -> b ->\nSTOP", "P = a -> b -> STOP\n"),
+        ("x = {1,\n2}", "x = {1, 2}\n"),
+        ("x = {1, -- one\n2}", "x = {1,  -- one\n    2}\n"),
+        ("{- a -} x = 1", "{- a -} x = 1\n"),
+        ("x {- a -} = 1 {- b -}", "x {- a -} = 1 {- b -}\n"),
+        ("f({--}) = 1", "f({--}) = 1\n"),
+        ("f(x) = 1", "f(x) = 1\n"),
+        ("Timed{ -- open\n}", "Timed {  -- open\n}\n"),
+        ("module M\nexports\n-- nothing\nendmodule", "module M\nexports\n  -- nothing\nendmodule\n"),
+        ('include "x.csp" -- not read', 'include "x.csp"  -- not read\n'),
+        ("assert P :[livelock-free]", "assert P :[divergence free]\n"),
+    ],
+)
+def test_small_scripts(before: str, after: str) -> None:
+    assert formatted(before) == after
+    assert formatted(after) == after
+
+
+class TestCommentsInColumns:
+    def test_comments_that_the_source_aligns_stay_aligned(self) -> None:
+        assert formatted("channel a    -- one\nchannel long -- two\n") == "channel a     -- one\nchannel long  -- two\n"
+
+    def test_others_follow_their_lines(self) -> None:
+        assert formatted("channel a -- one\nchannel long -- two\n") == "channel a  -- one\nchannel long  -- two\n"
+
+    def test_lines_between_part_the_columns(self) -> None:
+        text = "channel a  -- one\n\nchannel long  -- two\n"
+        assert formatted("channel a    -- one\n\nchannel long -- two\n") == text
+
+
+def test_a_script_with_mistakes_is_not_formatted() -> None:
+    with pytest.raises(ScriptError, match="CSP103"):
+        formatted("x = )")
+
+
+def test_annotations_of_what_an_include_defines_are_no_mistake() -> None:
+    text = 'include "definitions.csp"\nf :: Int\n'
+    assert formatted(text) == text
+    with pytest.raises(ScriptError, match="CSP162"):
+        parse(Source("", text), include=lambda path: Source(path, ""))
