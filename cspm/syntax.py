@@ -195,7 +195,7 @@ class Let(Expr):
 
 @dataclass(frozen=True, kw_only=True)
 class Field(Node):
-    """A field of a prefix: ``!e`` (``expression``); ``?p``, ``?p:S``, ``$p``, ``$p:S`` (``pattern``, ``restriction``)."""
+    """A prefix's field: ``!e`` (``expression``); ``?p``, ``?p:S``, ``$p``, ``$p:S`` (``pattern``, ``restriction``)."""
 
     kind: Literal["!", "?", "$"]
     expression: Expr | None = None

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import functools
+import itertools
+import operator
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -58,7 +61,7 @@ def add(found: Visited, kernels: Kernels, rows: list[Row]) -> list[int]:
 @pytest.fixture
 def small_tables(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[int], None]]:
     """Sets the size from which on tables have wide entries."""
-    yield lambda bits: monkeypatch.setattr(visited, "WIDE_BITS", bits)
+    return lambda bits: monkeypatch.setattr(visited, "WIDE_BITS", bits)
 
 
 checked = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -127,7 +130,7 @@ def test_owners_claim_what_one_thread_would_insert(
     sorted_rows = [tuple(outbox[i * stride : (i + 1) * stride].tolist()) for i in range(len(rows))]
     assert sorted(sorted_rows) == sorted(rows)
     parts = [sorted_rows[ends[o] : ends[o + 1]] for o in range(owners)]
-    assert sum(parts, []) == sorted_rows
+    assert functools.reduce(operator.iadd, parts, []) == sorted_rows
     for one in range(owners):
         for other in range(one):
             assert not set(parts[one]) & set(parts[other])
@@ -191,7 +194,7 @@ def test_several_workers_find_the_same_levels() -> None:
 
 
 def pairs(numbers: tuple[int, ...]) -> list[tuple[int, int]]:
-    return list(zip(numbers, numbers[1:], strict=False))
+    return list(itertools.pairwise(numbers))
 
 
 def test_a_search_that_grows_changes_to_compiled_kernels_with_the_same_result(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from checker.kernel_tables import MAY_BRANCH, MAY_REPEAT, WORD_BITS, Index
+from checker.layout import lay_out
 from checker.lts import Lts
 from checker.network import Network, Rule, Slot, Switch
 from checker.packed import PackedNetwork, pack
@@ -31,7 +32,7 @@ class TestLayout:
     @checked
     @given(sizes=st.lists(st.integers(1, 1 << 40), max_size=12), formats=st.integers(1, 50))
     def test_fields_are_apart_and_within_words(self, sizes: list[int], formats: int) -> None:
-        layout = pack(_narrow(sizes, formats)).layout
+        layout = lay_out(_narrow(sizes, formats))
         used = [0] * layout.words
         for field, size in zip((layout.format, *layout.slots), (formats, *sizes), strict=True):
             assert (1 << field.width) >= size > (1 << field.width) >> 1
@@ -44,7 +45,7 @@ class TestLayout:
         ("bits", "words"), [([], 1), ([63], 1), ([32, 32], 2), ([21] * 3, 1), ([20, 43, 20, 43, 20, 43], 3)]
     )
     def test_words_are_few(self, bits: list[int], words: int) -> None:
-        assert pack(_narrow([1 << b for b in bits], 1)).words == words
+        assert lay_out(_narrow([1 << b for b in bits], 1)).words == words
 
     @checked
     @given(
