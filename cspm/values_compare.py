@@ -10,6 +10,9 @@ from cspm.messages import evaluation as messages
 from cspm.thunks import Thunk
 from cspm.values import ATOMS, Map, Sequence
 
+PATIENCE = 1 << 18
+"""After so many equal elements two sequences are evaluated to their ends, which infinite ones refuse."""
+
 
 def equal(left: Any, right: Any) -> bool:
     """``==``: structural, sets by their elements. Both sides must be evaluated (not thunks).
@@ -43,13 +46,21 @@ def equal_sequences(left: Sequence, right: Sequence) -> bool:
     """``==`` on sequences: stops at the first difference, so one of the two may be infinite."""
     a: Any = left
     b: Any = right
+    compared = 0
     while True:
         if a is b and a._endless:
             return True
         if a._rest is None and b._rest is None:
             if a._end != b._end:
                 return False
-            return all(equal(_get(a, i), _get(b, i)) for i in range(a._end - 1, -1, -1))
+            for i in range(a._end - 1, -1, -1):
+                if not equal(_get(a, i), _get(b, i)):
+                    return False
+            return True
+        compared += 1
+        if compared == PATIENCE:
+            a, b = a.forced(), b.forced()
+            continue
         first, second = a.uncons(), b.uncons()
         if first is None or second is None:
             return first is second
@@ -117,7 +128,11 @@ def less(left: Any, right: Any, *, strict: bool) -> bool:
 def _is_prefix(left: Sequence, right: Sequence) -> bool:
     a: Any = left
     b: Any = right
+    compared = 0
     while True:
+        compared += 1
+        if compared == PATIENCE:
+            a.forced()
         first = a.uncons()
         if first is None:
             return True

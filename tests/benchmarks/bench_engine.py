@@ -28,8 +28,6 @@ from tests.checker.vehicle import STATES, TRANSITIONS, vehicle
 
 REPOSITORY = Path(__file__).parent.parent.parent
 BYTES_PER_STATE = 40
-RATIO_TO_C = 2.0
-GROWTH = 1.5
 
 
 def counts_with(loops: int) -> tuple[int, int]:
@@ -111,7 +109,6 @@ def compare(rounds: int, with_c: bool) -> None:
         print(f"  C program     {median(c):6.2f} s processor; one thread takes {ratio:.2f} times that")
         shared = median(p / 2 / seconds for (p, _), seconds in zip(two, c, strict=True))
         print(f"                two threads, each its half of the work, {shared:.2f} times")
-        assert ratio <= RATIO_TO_C, ratio
 
 
 def growth(loops: int) -> None:
@@ -128,8 +125,6 @@ def growth(loops: int) -> None:
             f"  {n} loops  {states:12,} states  {transitions:13,} transitions  {min(times):7.2f} s  "
             f"{nanoseconds:5.1f} ns a transition, {nanoseconds / base:.2f} times"
         )
-        if n <= 3:
-            assert nanoseconds / base <= GROWTH, (n, nanoseconds / base)
 
 
 def memory(workers: int) -> None:

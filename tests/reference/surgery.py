@@ -105,7 +105,10 @@ def positions(process: Process) -> Iterator[tuple[Process, Callable[[Process], P
 
 
 def relative(process: Process, rng: random.Random, letters: int = 3) -> Process:
-    """The process with one small change somewhere: in the term, or in the definition of one of its names."""
+    """The process with one small change somewhere: in the term, or in the definition of one of its names.
+
+    It has finitely many states as well, but the change may have taken away the guard of a recursion.
+    """
     names = references(process)
     if names and rng.random() < 0.6:
         name = rng.choice(names)
