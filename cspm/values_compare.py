@@ -53,10 +53,7 @@ def equal_sequences(left: Sequence, right: Sequence) -> bool:
         if a._rest is None and b._rest is None:
             if a._end != b._end:
                 return False
-            for i in range(a._end - 1, -1, -1):
-                if not equal(_get(a, i), _get(b, i)):
-                    return False
-            return True
+            return all(equal(_get(a, i), _get(b, i)) for i in range(a._end - 1, -1, -1))
         compared += 1
         if compared == PATIENCE:
             a, b = a.forced(), b.forced()
