@@ -87,7 +87,7 @@ module M
 exports
   y = 2
 endmodule
-g :: (Int {- kept -}) -> Int
+g :: (Int) {- kept -} -> Int
 g(x) = h(x, {- why -} 2) +  -- plus
     3
 -- expect: fail
