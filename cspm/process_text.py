@@ -130,7 +130,20 @@ def _choice(separator: str, level: int) -> Form:
 
 
 def _synchronised(w: _Writer, t: process.Parallel, depth: int) -> None:
-    w.chain(t.operands, f" [| {w.set(t.events)} |] " if t.events else " ||| ", _PARALLEL + 1, depth)
+    if not t.events:
+        w.chain(t.operands, " ||| ", _PARALLEL + 1, depth)
+        return
+    # Only interleaving may be chained; of the others each needs brackets inside the next.
+    separator = f" [| {w.set(t.events)} |] "
+    w.add("(" * (len(t.operands) - 2))
+    for i, operand in enumerate(t.operands):
+        if i:
+            w.add(")" if i > 1 else "")
+            w.add(separator)
+            if w.used > w.width:
+                w.add("...")
+                return
+        w.write(operand, _PARALLEL + 1, depth)
 
 
 def _alphabetised(w: _Writer, t: process.AlphabetisedParallel, depth: int) -> None:

@@ -184,7 +184,7 @@ class TestOutcome:
         result.stdout.fnmatch_lines(
             [
                 "error[[]CSP900[]]: internal error while checking `STOP [[]T= STOP`: IndexError: list index *",
-                "*arguments: pytest * spec.csp",
+                "*arguments: pytest *spec.csp",
                 f"*the traceback is in {place.path}/cspcheck-error-*",
             ]
         )

@@ -69,6 +69,8 @@ def test_a_long_term_is_folded(text: str, width: int) -> None:
         ("a -> b -> P", "a -> b -> P"),
         ("a -> (b -> P [] c -> SKIP)", "a -> (b -> P [] c -> SKIP)"),
         ("(P [] Q(0)); SKIP", "(P [] Q(0)); SKIP"),
+        ("a -> SKIP [| {a} |] (STOP [| {a} |] SKIP)", "(a -> SKIP [| {a} |] STOP) [| {a} |] SKIP"),
+        ("SKIP ||| (STOP ||| SKIP)", "SKIP ||| STOP ||| SKIP"),
         ("P ||| (Q(1) [| {| d |} |] STOP)", "P ||| (Q(1) [| {| d |} |] STOP)"),
         ("(P |~| SKIP) \\ {a, d.1}", "P |~| SKIP \\ {a, d.1}"),
         ("d?x -> SKIP", "d.0 -> SKIP [] d.1 -> SKIP [] d.2 -> SKIP"),
