@@ -92,10 +92,14 @@ def _machine(script: Script, text: str, most: int) -> Picture:
 
 def _architecture(script: Script, text: str) -> Picture:
     from checker.composition import Compiler
+    from checker.growth import LimitReached
     from checker.verdict import Limits
     from cspcheck.drawing.machines import architecture_picture
 
-    network = Compiler().network(script.process(text), Limits(), lambda _: None)
+    try:
+        network = Compiler().network(script.process(text), Limits(), lambda _: None)
+    except LimitReached as limit:
+        raise ScriptError(limit.diagnostic) from None
     return architecture_picture(text, network, script.events)
 
 

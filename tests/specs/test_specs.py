@@ -8,9 +8,9 @@ import pytest
 
 import cspcheck
 from checker.transitions import explore
+from tests.specs.table import BEGIN, SPECS, as_it_should_be, readmes, results, scripts, systems, without_times
 
-SPECS = Path(__file__).resolve().parents[2] / "specs"
-SCRIPTS = sorted(SPECS.rglob("*.csp"))
+SCRIPTS = scripts(SPECS)
 
 WHOLE_MACHINES = {
     ("rov/rov.csp", "BaseReader"): (3, 3),
@@ -29,6 +29,10 @@ WHOLE_MACHINES = {
     ("classics/crossing.csp", "System(DOWN, DOWN)"): (23, 30),
     ("classics/peterson.csp", "System"): (48, 96),
     ("classics/election.csp", "Election"): (15, 22),
+    ("robot_soccer/robot_soccer.csp", "Team(MIROSOT, {1..3})"): (82, 117),
+    ("robot_soccer/robot_soccer.csp", "Link(MIROSOT, ANY, 1, 1)"): (448, 592),
+    ("robot_soccer/robot_soccer.csp", "Late(F180, ANY, 0, 1)"): (4181, 5248),
+    ("robot_soccer/check_bits.csp", "Game(Parity, 1)"): (6606, 15_933),
 }
 
 
@@ -38,8 +42,8 @@ def name(script: Path) -> str:
 
 @pytest.mark.parametrize("path", SCRIPTS, ids=name)
 def test_every_assertion_has_the_verdict_that_the_script_expects(path: Path) -> None:
-    for result in cspcheck.load(path).check():
-        assert str(result.verdict) == (result.expected or "pass"), result.explain()
+    for result in results(path):
+        assert result.verdict == result.expected, result.explain()
 
 
 @pytest.mark.parametrize(("script", "process"), WHOLE_MACHINES, ids=lambda part: str(part))
@@ -50,10 +54,22 @@ def test_the_whole_machine_has_these_states_and_transitions(script: str, process
 
 
 def test_the_vehicle_has_the_states_and_transitions_that_were_found_in_2009() -> None:
-    results = cspcheck.load(SPECS / "rov" / "rov.csp").check(full=True)
+    found = results(SPECS / "rov" / "rov.csp")
 
-    assert [str(result.verdict) for result in results] == ["pass"] * 3
-    assert {(result.states, result.transitions) for result in results} == {(2_519_424, 23_549_616)}
+    assert [str(result.verdict) for result in found] == ["pass"] * 3
+    assert {(result.states, result.transitions) for result in found} == {(2_519_424, 23_549_616)}
+
+
+@pytest.mark.parametrize("readme", readmes(), ids=name)
+def test_the_tables_show_what_the_scripts_give(readme: Path) -> None:
+    assert without_times(readme.read_text(encoding="utf-8")) == without_times(as_it_should_be(readme)), (
+        f"{name(readme)} is out of date: python -m tests.specs.table"
+    )
+
+
+@pytest.mark.parametrize("system", systems(), ids=name)
+def test_every_system_has_a_table(system: Path) -> None:
+    assert BEGIN in (system / "README.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(("script", "process"), WHOLE_MACHINES, ids=lambda part: str(part))
