@@ -187,11 +187,31 @@ def _machine_product(a: Any, b: Any) -> Any:
     return np.int64(np.uint64(a) * np.uint64(b) & np.uint64(0x7FFFFFFFFFFFFFFF))
 
 
+def _machine_prefetch(numba: Any) -> Any:
+    """What ``prefetch`` is for the machine."""
+    from llvmlite import ir
+
+    def prefetch(context: Any, array: Any, index: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            view = context.make_array(signature.args[0])(context, builder, arguments[0])
+            byte = ir.IntType(8).as_pointer()
+            number = ir.IntType(32)
+            kind = ir.FunctionType(ir.VoidType(), [byte, number, number, number])
+            function = numba.core.cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0i8")
+            place = builder.bitcast(builder.gep(view.data, [arguments[1]]), byte)
+            builder.call(function, [place, number(0), number(3), number(1)])
+            return context.get_dummy_value()
+
+        return numba.types.void(array, index), generate
+
+    return numba.extending.intrinsic(prefetch)
+
+
 def _dispatchers(numba: Any, caching: bool) -> dict[str, Any]:
     """Each kernel as a numba function that sees the others as numba functions."""
     jit = numba.njit(nogil=True, cache=caching, error_model="numpy")
     inlined = numba.njit(nogil=True, cache=caching, error_model="numpy", forceinline=True)
-    compiled: dict[str, Any] = {"wrapping_product": inlined(_machine_product)}
+    compiled: dict[str, Any] = {"wrapping_product": inlined(_machine_product), "prefetch": _machine_prefetch(numba)}
     for function in _source_functions():
         surroundings = {**function.__globals__, **compiled}
         copy = FunctionType(function.__code__, surroundings, function.__name__, function.__defaults__)

@@ -10,6 +10,11 @@ A table of visited states is an open-addressing hash table with linear probing o
 all: a wrong state is nearly always recognised without looking at its row. A table is cut into
 ``2**partition_bits`` equal partitions, each of which one thread may change while others change theirs; probing stays
 within a partition, which therefore can be full before the table is.
+
+A search of millions of states would mostly wait for memory. The loops over many rows therefore ask for the entry that
+a row will need ``AHEAD`` rows before, and ``CLOSE`` rows before for the state that this entry names. They do so in
+place: as a function of its own the asking costs more than it saves, for numba counts references to arrays that are
+passed on.
 """
 
 from __future__ import annotations
@@ -20,10 +25,19 @@ NATURAL = 0x7FFFFFFFFFFFFFFF
 GOLDEN = 0x1E3779B97F4A7C15
 MIXER = 0x3F58476D1CE4E5B9
 
+AHEAD = 64
+"""How many rows ahead an entry is asked for."""
+CLOSE = 32
+"""How many rows ahead the state is asked for that the entry, which has come meanwhile, names."""
+
 
 def wrapping_product(a: int, b: int) -> int:
     """The low 63 bits of a product. (``checker.jit`` has this for the machine.)"""
     return a * b & NATURAL
+
+
+def prefetch(array: Any, index: int) -> None:
+    """Tell the processor that an element will be needed soon; it may lie outside. (``checker.jit`` has this.)"""
 
 
 def hash_of(rows: Any, row: int, stride: int) -> int:
@@ -91,6 +105,9 @@ def insert(
     wrap = (1 << (bits - partition_bits)) - 1
     numbered = len(numbers) > 0
     for j in range(begin, end):
+        if j + AHEAD < end:
+            prefetch(table, hash_of(targets, j + AHEAD, stride) >> (63 - bits))
+            prefetch(states, (table[hash_of(targets, j + CLOSE, stride) >> (63 - bits)] & index_mask) * stride)
         h = hash_of(targets, j, stride)
         place = h >> (63 - bits)
         tag = (h >> (63 - entry_bits)) & tag_mask
@@ -133,6 +150,9 @@ def find(
     tag_mask = (1 << (entry_bits - bits)) - 1
     wrap = (1 << (bits - partition_bits)) - 1
     for j in range(count):
+        if j + AHEAD < count:
+            prefetch(table, hash_of(targets, j + AHEAD, stride) >> (63 - bits))
+            prefetch(states, (table[hash_of(targets, j + CLOSE, stride) >> (63 - bits)] & index_mask) * stride)
         h = hash_of(targets, j, stride)
         place = h >> (63 - bits)
         tag = (h >> (63 - entry_bits)) & tag_mask
@@ -169,6 +189,8 @@ def enter_all(
     wrap = (1 << (bits - partition_bits)) - 1
     tag_mask = (1 << (entry_bits - bits)) - 1
     for row in range(known):
+        if row + AHEAD < known:
+            prefetch(table, hash_of(states, row + AHEAD, stride) >> (63 - bits))
         h = hash_of(states, row, stride)
         place = h >> (63 - bits)
         partition = place >> (bits - partition_bits)
@@ -184,25 +206,18 @@ def enter_all(
 
 
 def sort_by_owner(
-    targets: Any, count: int, stride: int, partition_bits: int, owners: int, ends: Any, outbox: Any
+    targets: Any, count: int, stride: int, partition_bits: int, owners: int, capacity: int, ends: Any, outbox: Any
 ) -> None:
     """Copy rows to *outbox* grouped by the worker that owns their partition.
 
-    Owner ``o``'s rows end up in ``ends[o]:ends[o + 1]``; *ends* has an entry more than twice the owners, the second
-    half is scratch.
+    Owner ``o`` has ``capacity`` rows of *outbox* from ``o * capacity`` on; its last one is before ``ends[o]``.
     """
-    for o in range(2 * owners + 1):
-        ends[o] = 0
-    for j in range(count):
-        owner = (hash_of(targets, j, stride) >> (63 - partition_bits)) * owners >> partition_bits
-        ends[owner + 1] += 1
     for o in range(owners):
-        ends[o + 1] += ends[o]
-        ends[owners + 1 + o] = ends[o]
+        ends[o] = o * capacity
     for j in range(count):
         owner = (hash_of(targets, j, stride) >> (63 - partition_bits)) * owners >> partition_bits
-        at = ends[owners + 1 + owner]
-        ends[owners + 1 + owner] = at + 1
+        at = ends[owner]
+        ends[owner] = at + 1
         copy_row(targets, j, outbox, at, stride)
 
 
@@ -239,6 +254,9 @@ def claim(
     tag_mask = (1 << (entry_bits - bits)) - 1
     wrap = (1 << (bits - partition_bits)) - 1
     for j in range(begin, end):
+        if j + AHEAD < end:
+            prefetch(table, hash_of(targets, j + AHEAD, stride) >> (63 - bits))
+            prefetch(states, (table[hash_of(targets, j + CLOSE, stride) >> (63 - bits)] & index_mask) * stride)
         h = hash_of(targets, j, stride)
         place = h >> (63 - bits)
         tag = (h >> (63 - entry_bits)) & tag_mask

@@ -88,7 +88,7 @@ class Crew:
         self._visited = visited
         self._owners = [Owner(visited.stride) for _ in workers]
         self._outboxes: list[Int64Array] = [np.empty(0, dtype=np.int64) for _ in workers]
-        self._ends = [np.zeros(2 * len(workers) + 1, dtype=np.int64) for _ in workers]
+        self._ends = [np.zeros(len(workers), dtype=np.int64) for _ in workers]
         self._rows = 1 << 10
         self._partition_bits = PARTITION_BITS
         self._pool = ThreadPoolExecutor(max(1, len(workers) - 1), thread_name_prefix="search")
@@ -178,14 +178,16 @@ class Crew:
             worker = self.workers[number]
             reached = worker.produce(kernels, step, first, last)
             made = worker.expander
-            if len(self._outboxes[number]) < len(made.targets):
-                self._outboxes[number] = np.empty(len(made.targets), dtype=np.int64)
+            room = len(made.targets) * len(self.workers)
+            if len(self._outboxes[number]) < room:
+                self._outboxes[number] = np.empty(room, dtype=np.int64)
             kernels.sort_by_owner(
                 made.targets,
                 made.count,
                 made.stride,
                 self._visited.partition_bits,
                 len(self.workers),
+                made.capacity,
                 self._ends[number],
                 self._outboxes[number],
             )
@@ -197,7 +199,9 @@ class Crew:
         """Add what the outboxes of the given workers hold to the visited states."""
         visited, owners = self._visited, self._owners
         for o, owner in enumerate(owners):
-            boxes = [(self._outboxes[p], int(self._ends[p][o]), int(self._ends[p][o + 1])) for p in producers]
+            boxes = [
+                (self._outboxes[p], o * self.workers[p].expander.capacity, int(self._ends[p][o])) for p in producers
+            ]
             owner.waiting = [box for box in boxes if box[1] < box[2]]
         while any(owner.waiting for owner in owners):
             if visited.room - visited.known < 64 * len(owners):

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from checker.jit import Kernels
 from checker.lts import Int64Array
+from checker.reserve import Reserve, reserve
 
 FIRST_BITS = 10
 """The first table has this many bits."""
@@ -18,6 +19,8 @@ LOAD = (5, 8)
 """How full a table may become: a fraction."""
 WIDE_BITS = 31
 """Tables of this many bits and more have 64-bit entries."""
+RESERVE_BITS = 20
+"""From a table of this many bits on the arrays grow where they are, if the system can do that."""
 
 NO_NUMBERS: Int64Array = np.zeros(0, dtype=np.int64)
 
@@ -25,6 +28,20 @@ NO_NUMBERS: Int64Array = np.zeros(0, dtype=np.int64)
 def one_after_another(jobs: Iterable[Callable[[], Any]]) -> list[Any]:
     """Run jobs in this thread; their results."""
     return [job() for job in jobs]
+
+
+def _entry_bytes(bits: int) -> int:
+    """The size of an entry of a table of so many bits."""
+    return 8 if bits >= WIDE_BITS else 4
+
+
+def _if_large_enough(space: Reserve | None, nbytes: int) -> Reserve | None:
+    return space if space is not None and space.holds(nbytes) else None
+
+
+def _array(space: Reserve | None, count: int, dtype: type[np.signedinteger[Any]]) -> npt.NDArray[Any]:
+    """An array in a reserve, or one by itself; its contents are what happens to be there."""
+    return np.empty(count, dtype=dtype) if space is None else space.array(count, dtype)
 
 
 class Visited:
@@ -40,28 +57,54 @@ class Visited:
         peak_bytes: the most memory that the arrays have taken.
     """
 
-    __slots__ = ("bits", "entry_bits", "known", "partition_bits", "peak_bytes", "room", "rows", "stride", "table")
+    __slots__ = (
+        "_row_space",
+        "_table_space",
+        "bits",
+        "entry_bits",
+        "known",
+        "partition_bits",
+        "peak_bytes",
+        "room",
+        "rows",
+        "stride",
+        "table",
+    )
 
     def __init__(self, stride: int, bits: int = FIRST_BITS) -> None:
         self.stride = stride
         self.known = 0
+        self.bits = 0
         self.partition_bits = 0
         self.peak_bytes = 0
         self.rows: Int64Array = np.zeros(0, dtype=np.int64)
+        self._row_space: Reserve | None = None
+        self._table_space: Reserve | None = None
         self._take_room(bits)
 
     def _take_room(self, bits: int) -> None:
         """Make an empty table, and room for as many rows as it may hold."""
+        reserved = self._row_space
+        if bits >= RESERVE_BITS > self.bits:
+            self._row_space, self._table_space = reserve(), reserve()
         self.bits = bits
         self.entry_bits = 63 if bits >= WIDE_BITS else 31
         self.room = (LOAD[0] << bits) // LOAD[1]
-        rows = np.empty(self.room * self.stride, dtype=np.int64)
-        used = self.known * self.stride
-        rows[:used] = self.rows[:used]
-        self.peak_bytes = max(self.peak_bytes, 2 * used * 8)
+        self._row_space = _if_large_enough(self._row_space, self._row_bytes(bits))
+        self._table_space = _if_large_enough(self._table_space, _entry_bytes(bits) << bits)
+
+        rows = _array(self._row_space, self.room * self.stride, np.int64)
+        if self._row_space is None or self._row_space is not reserved:
+            used = self.known * self.stride
+            rows[:used] = self.rows[:used]
+            self.peak_bytes = max(self.peak_bytes, 2 * used * 8)
         self.rows = rows
-        dtype: type[np.signedinteger[Any]] = np.int64 if bits >= WIDE_BITS else np.int32
-        self.table: npt.NDArray[Any] = np.full(1 << bits, -1, dtype=dtype)
+        self.table: npt.NDArray[Any] = _array(self._table_space, 1 << bits, np.int64 if bits >= WIDE_BITS else np.int32)
+        self.table.fill(-1)
+
+    def _row_bytes(self, bits: int) -> int:
+        """The address space of the rows that a table of so many bits may hold."""
+        return ((LOAD[0] << bits) // LOAD[1]) * self.stride * 8
 
     @property
     def bytes(self) -> int:
@@ -79,9 +122,9 @@ class Visited:
 
     def bytes_after_growth(self) -> int:
         """The memory that growing would take at its height."""
-        used = self.known * self.stride * 8
-        entry = 8 if self.bits + 1 >= WIDE_BITS else 4
-        return max(2 * used, used + (entry << (self.bits + 1)))
+        used, bits = self.known * self.stride * 8, self.bits + 1
+        in_place = self._row_space is not None and self._row_space.holds(self._row_bytes(bits))
+        return max(used if in_place else 2 * used, used + (_entry_bytes(bits) << bits))
 
     def grow(self, kernels: Kernels) -> None:
         """Make room for at least twice as many."""

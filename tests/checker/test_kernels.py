@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import itertools
 import operator
+import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -14,7 +15,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from checker import jit, kernels, level_search, parallel_search, visited
+from checker import jit, kernels, level_search, parallel_search, reserve, visited
 from checker.jit import Kernels
 from checker.packed import pack
 from checker.search import explore
@@ -36,11 +37,16 @@ def rows_of(stride: int) -> st.SearchStrategy[list[Row]]:
         st.integers(0, 40).map(lambda h: h * INVERSE % (1 << 63)),
         st.integers(0, 40).map(lambda h: (((1 << 63) - 1) - h) * INVERSE % (1 << 63)),
     )
-    return st.lists(st.tuples(*[words] * stride), max_size=60)
+    most = 2 * kernels.AHEAD + 20
+    return st.lists(st.tuples(*[words] * stride), max_size=most)
 
 
 def flat(rows: list[Row]) -> np.ndarray:
     return np.array([word for row in rows for word in row], dtype=np.int64)
+
+
+def listed_rows(flat_rows: np.ndarray, begin: int, end: int, stride: int) -> list[Row]:
+    return [tuple(row) for row in flat_rows[begin * stride : end * stride].reshape(-1, stride).tolist()]
 
 
 def listed(found: Visited) -> list[Row]:
@@ -59,21 +65,34 @@ def add(found: Visited, kernels: Kernels, rows: list[Row]) -> list[int]:
 
 
 @pytest.fixture
-def small_tables(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[int], None]]:
-    """Sets the size from which on tables have wide entries."""
-    return lambda bits: monkeypatch.setattr(visited, "WIDE_BITS", bits)
+def small_tables(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[int, int], None]]:
+    """Sets the sizes from which on tables have wide entries and grow where they are."""
+
+    def set_bits(wide: int, reserved: int) -> None:
+        monkeypatch.setattr(visited, "WIDE_BITS", wide)
+        monkeypatch.setattr(visited, "RESERVE_BITS", reserved)
+
+    return set_bits
 
 
 checked = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
-@pytest.mark.parametrize(("compiled", "wide_bits"), [(False, 31), (True, 31), (False, 4), (False, 1)])
+@pytest.mark.parametrize(
+    ("compiled", "wide_bits", "reserve_bits"),
+    [(False, 31, 20), (True, 31, 20), (False, 4, 20), (False, 1, 20), (True, 31, 4), (False, 6, 4), (True, 31, 1)],
+)
 @checked
 @given(data=st.data(), stride=st.integers(1, 3))
 def test_each_row_has_one_number_in_the_order_of_first_occurrence(
-    small_tables: Callable[[int], None], compiled: bool, wide_bits: int, data: st.DataObject, stride: int
+    small_tables: Callable[[int, int], None],
+    compiled: bool,
+    wide_bits: int,
+    reserve_bits: int,
+    data: st.DataObject,
+    stride: int,
 ) -> None:
-    small_tables(wide_bits)
+    small_tables(wide_bits, reserve_bits)
     found = Visited(stride, bits=2)
     code = jit.kernels(compiled)
     rows = data.draw(rows_of(stride))
@@ -87,6 +106,41 @@ def test_each_row_has_one_number_in_the_order_of_first_occurrence(
     numbers = np.zeros(max(1, len(others)), dtype=np.int64)
     found.find(code, flat(others), len(others), numbers)
     assert numbers[: len(others)].tolist() == [expected.get(row, -1) for row in others]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="address space alone is only to be had on Linux")
+def test_in_a_reserve_rows_stay_where_they_are(small_tables: Callable[[int, int], None]) -> None:
+    small_tables(31, 4)
+    found, code = Visited(1, bits=2), jit.kernels(False)
+    places = set()
+    for row in range(200):
+        add(found, code, [(row,)])
+        if found.bits >= 4:
+            places.add((found.rows.ctypes.data, found.table.ctypes.data))
+    assert len(places) == 1
+    assert listed(found) == [(row,) for row in range(200)]
+
+
+def test_without_address_space_to_spare_rows_are_copied(
+    small_tables: Callable[[int, int], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*arguments: object, **options: object) -> None:
+        raise OSError(12, "Cannot allocate memory")
+
+    monkeypatch.setattr(reserve.mmap, "mmap", refuse)
+    small_tables(31, 4)
+    found = Visited(1, bits=2)
+    assert add(found, jit.kernels(False), [(row,) for row in range(200)]) == list(range(200))
+
+
+def test_what_outgrows_its_reserve_moves_out(
+    small_tables: Callable[[int, int], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(reserve.Reserve, "holds", lambda self, nbytes: nbytes <= 512)
+    small_tables(31, 4)
+    found = Visited(1, bits=2)
+    assert add(found, jit.kernels(False), [(row,) for row in range(200)]) == list(range(200))
+    assert listed(found) == [(row,) for row in range(200)]
 
 
 @checked
@@ -124,17 +178,16 @@ def test_owners_claim_what_one_thread_would_insert(
     before = data.draw(rows_of(stride))
     add(found, code, before)
     rows = data.draw(rows_of(stride))
-    ends = np.zeros(2 * owners + 1, dtype=np.int64)
-    outbox = np.zeros(max(1, len(rows) * stride), dtype=np.int64)
-    code.sort_by_owner(flat(rows), len(rows), stride, 3, owners, ends, outbox)
-    sorted_rows = [tuple(outbox[i * stride : (i + 1) * stride].tolist()) for i in range(len(rows))]
-    assert sorted(sorted_rows) == sorted(rows)
-    parts = [sorted_rows[ends[o] : ends[o + 1]] for o in range(owners)]
-    assert functools.reduce(operator.iadd, parts, []) == sorted_rows
+    capacity = max(1, len(rows))
+    ends = np.zeros(owners, dtype=np.int64)
+    outbox = np.zeros(owners * capacity * stride, dtype=np.int64)
+    code.sort_by_owner(flat(rows), len(rows), stride, 3, owners, capacity, ends, outbox)
+    parts = [listed_rows(outbox, o * capacity, int(ends[o]), stride) for o in range(owners)]
+    assert sorted(functools.reduce(operator.iadd, parts, [])) == sorted(rows)
     for one in range(owners):
         for other in range(one):
             assert not set(parts[one]) & set(parts[other])
-    waiting = {o: (int(ends[o]), int(ends[o + 1])) for o in range(owners)}
+    waiting = {o: (o * capacity, int(ends[o])) for o in range(owners)}
     while waiting:
         # All claim before any settles, as threads do.
         claims = []
