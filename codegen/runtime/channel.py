@@ -1,0 +1,174 @@
+"""Channels: what tasks synchronise on, and what a task offers to do on one.
+
+A channel is a constant of the program. It says which tasks must take part in its events; who waits on it at the
+moment is the business of a run (``alternation``), so one program can be run many times.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from codegen.runtime.data import DataType
+
+Group = frozenset[str]
+"""The tasks that perform an event together."""
+Values = tuple[Any, ...]
+"""What an event carries, field by field."""
+
+
+class _Open:
+    """The field of an offer that takes any value."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return "?"
+
+
+ANY: Final = _Open()
+"""``?x``: takes any value of the field."""
+
+
+@dataclass(frozen=True, slots=True)
+class OneOf:
+    """``?x:S``: takes a value of the given ones."""
+
+    values: frozenset[Any]
+
+    def __repr__(self) -> str:
+        return f"?{set(self.values)!r}"
+
+
+def one_of(values: Iterable[Any]) -> OneOf:
+    """The field of an offer that takes any of *values*."""
+    return OneOf(frozenset(values))
+
+
+class Channel:
+    """A synchronous channel.
+
+    Args:
+        name: as in the specification.
+        types: the set that each field is of.
+        parties: the groups of tasks that can perform its events: every event is performed by all tasks of one of
+            the groups at once. A text is the group of the one task that is called so. A mapping gives the groups for
+            each event by the values that it carries; events that are not in it never happen.
+        hidden: whether its events are internal: recorded as such.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        types: Iterable[DataType] = (),
+        *,
+        parties: Iterable[str | Iterable[str]] | Mapping[Values, Iterable[str | Iterable[str]]],
+        hidden: bool = False,
+    ) -> None:
+        self.name = name
+        self.types = tuple(types)
+        self.hidden = hidden
+        self.by_event: dict[Values, frozenset[Group]] | None = None
+        if isinstance(parties, Mapping):
+            self.by_event = {values: frozenset(map(_group, groups)) for values, groups in parties.items()}
+            groups = [_group(group) for some in parties.values() for group in some]
+        else:
+            groups = [_group(group) for group in parties]
+        self.groups: tuple[Group, ...] = tuple(dict.fromkeys(groups))
+        self.tasks: tuple[str, ...] = tuple(sorted({task for group in self.groups for task in group}))
+        """The tasks that can take part in its events."""
+        self.partners: dict[str, tuple[tuple[Group, tuple[str, ...]], ...]] = {
+            task: tuple((group, tuple(sorted(group - {task}))) for group in self.groups if task in group)
+            for task in self.tasks
+        }
+        """For each task the groups that it is in, with the others in them."""
+
+    def put(self, *values: Any) -> Offer:
+        """Offer the event with these values, and no other."""
+        return Offer(self, values)
+
+    def get(self) -> Offer:
+        """Offer all events of the channel: whatever values come."""
+        return Offer(self, (ANY,) * len(self.types))
+
+    def offer(
+        self,
+        *fields: Any,
+        accept: Callable[..., bool] | None = None,
+        after: float | None = None,
+    ) -> Offer:
+        """Offer some events of the channel.
+
+        Args:
+            fields: for each field a value, :data:`ANY` or :func:`one_of`.
+            accept: further condition on the values of all fields.
+            after: from which time on (of the program's clock) the offer stands.
+        """
+        return Offer(self, fields, accept, None, after)
+
+    def own(self, body: Callable[..., Any], *fields: Any, after: float | None = None) -> Offer:
+        """Offer an event that the task performs alone: a method.
+
+        When the offer is taken, ``body`` is called with the values among *fields*; if there are open fields, it
+        returns a value for the only one, or a tuple of values for several. The event is recorded after that.
+        """
+        return Offer(self, fields, None, body, after)
+
+    def field_name(self, position: int) -> str:
+        """What messages call a field, counted from 0."""
+        return self.name if len(self.types) == 1 else f"{self.name}, field {position + 1}"
+
+    def text(self, values: Values) -> str:
+        """An event as the specification writes it."""
+        return ".".join([self.name, *[t.text(value) for t, value in zip(self.types, values, strict=True)]])
+
+    def __repr__(self) -> str:
+        return f"<channel {self.name}>"
+
+
+def _group(tasks: str | Iterable[str]) -> Group:
+    return frozenset((tasks,)) if isinstance(tasks, str) else frozenset(tasks)
+
+
+@dataclass(slots=True, eq=False)
+class Offer:
+    """What a task is ready to do on a channel. Make with the methods of :class:`Channel`."""
+
+    channel: Channel
+    fields: tuple[Any, ...]
+    accept: Callable[..., bool] | None = None
+    body: Callable[..., Any] | None = None
+    after: float | None = None
+
+    def check(self, task: str) -> None:
+        """Make sure that the values among the fields are of the channel's types.
+
+        Raises:
+            OutOfRange: one is not.
+            WrongOffer: the task is no party of the channel, or the number of fields is wrong.
+        """
+        channel = self.channel
+        if task not in channel.partners:
+            raise WrongOffer(f"{task} takes no part in {channel.name}, which joins {', '.join(channel.tasks)}")
+        if len(self.fields) != len(channel.types):
+            raise WrongOffer(f"{channel.name} has {len(channel.types)} fields, {task} offers {len(self.fields)}")
+        for i, (declared, field) in enumerate(zip(channel.types, self.fields, strict=True)):
+            if field is not ANY and not isinstance(field, OneOf):
+                declared.check(field, task, channel.field_name(i))
+
+    def text(self) -> str:
+        """``c.3?``, for messages."""
+        out = self.channel.name
+        for declared, field in zip(self.channel.types, self.fields, strict=True):
+            if field is ANY:
+                out += "?"
+            elif isinstance(field, OneOf):
+                out += f"?{{{', '.join(sorted(map(declared.text, field.values)))}}}"
+            else:
+                out += f".{declared.text(field)}"
+        return out
+
+
+class WrongOffer(Exception):
+    """An offer that the channel does not know: a mistake in the program."""

@@ -1,0 +1,338 @@
+"""Programs: tasks put together, and the ways to run them.
+
+The same tasks are carried by threads (one each), by an asyncio event loop, or by a plain loop in the calling
+thread. What they do is the same algorithm each time, that of :class:`~codegen.runtime.run.Run`; with a virtual
+clock it is also the same run, event for event.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections import deque
+from collections.abc import Coroutine, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from codegen.runtime.alternation import Fair, Policy
+from codegen.runtime.channel import Offer
+from codegen.runtime.clock import Clock, MonotonicClock, VirtualClock
+from codegen.runtime.recorder import Memory, Recorder
+from codegen.runtime.run import Outcome, Party, Run
+from codegen.runtime.task import Stopped, Task
+
+Runner = Literal["threads", "asyncio", "loop"]
+"""Who carries the tasks."""
+
+PATIENCE = 5.0
+"""Seconds that tasks get to end when the program is stopped."""
+
+
+@dataclass(frozen=True, slots=True)
+class Summary:
+    """What a run came to.
+
+    Attributes:
+        events: how many events happened.
+        seconds: the time of the clock at the end.
+        terminated: whether all tasks ended of themselves; otherwise the run was stopped.
+        missed: for each periodic task how many of its releases were missed.
+        lingering: tasks that had not ended some seconds after they were told to.
+    """
+
+    events: int
+    seconds: float
+    terminated: bool
+    missed: dict[str, int]
+    lingering: tuple[str, ...] = ()
+
+
+class Program:
+    """Some tasks that belong together."""
+
+    def __init__(self, tasks: Sequence[Task]) -> None:
+        self.tasks = tuple(tasks)
+        self._current: Run | None = None
+
+    def run(
+        self,
+        runner: Runner = "threads",
+        *,
+        clock: Clock | None = None,
+        policy: Policy | None = None,
+        recorder: Recorder | None = None,
+        events: int | None = None,
+        seconds: float | None = None,
+        serial: bool | None = None,
+    ) -> Summary:
+        """Run the program until all tasks have ended, or as long as is allowed.
+
+        Args:
+            runner: who carries the tasks.
+            clock: a monotonic clock unless another is given.
+            policy: what decides between several possible events; :class:`Fair` if none is given.
+            recorder: is told every event.
+            events: stop after so many events.
+            seconds: stop at this time of the clock.
+            serial: whether one task runs at a time. It must be so with a virtual clock and in a plain loop, and is
+                otherwise as the runner likes it.
+
+        Raises:
+            Deadlock: all tasks wait for ever.
+            Exception: whatever a task or the recorder raised; all tasks have been stopped by then.
+        """
+        clock = clock if clock is not None else MonotonicClock()
+        recorder = recorder if recorder is not None else Memory()
+        must = runner == "loop" or isinstance(clock, VirtualClock)
+        if must and serial is False:
+            raise ValueError("with a virtual clock or in a plain loop one task runs at a time")
+        run = Run(
+            clock,
+            policy if policy is not None else Fair(),
+            recorder,
+            serial=must or bool(serial),
+            most=events,
+            until=seconds,
+        )
+        self._current = run
+        lingering: tuple[str, ...] = ()
+        try:
+            if events is None or events > 0:
+                if runner == "threads":
+                    lingering = _threads(run, self.tasks)
+                elif runner == "asyncio":
+                    asyncio.run(_event_loop(run, self.tasks))
+                else:
+                    _plain_loop(run, self.tasks)
+        finally:
+            self._current = None
+            recorder.close()
+        if run.failure is not None:
+            raise run.failure
+        missed = {task.name: task.missed for task in self.tasks if task.period is not None}
+        return Summary(run.events, clock.now(), run.terminated, missed, lingering)
+
+    def stop(self) -> None:
+        """Stop the program, from another thread or from a task."""
+        if self._current is not None:
+            self._current.stop()
+
+
+# --- threads ---------------------------------------------------------------------------------------------------
+
+
+class _Latch:
+    """A gate for threads: a lock that is closed when it is made and when it has been passed."""
+
+    __slots__ = ("_lock",)
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._lock.acquire()
+
+    def open(self) -> None:
+        self._lock.release()
+
+    def wait(self, seconds: float | None) -> bool:
+        """Pass the gate; False if it did not open in time."""
+        if seconds is None:
+            return self._lock.acquire()
+        return self._lock.acquire(timeout=min(seconds, threading.TIMEOUT_MAX))
+
+
+def _threads(run: Run, tasks: Sequence[Task]) -> tuple[str, ...]:
+    """Carry each task by a thread of its own; the names of those that would not end."""
+    latches = [_Latch() for _ in tasks]
+    parties = [Party(task, latch) for task, latch in zip(tasks, latches, strict=True)]
+    threads = [
+        threading.Thread(target=_thread, args=(run, party, latch), name=party.task.name, daemon=True)
+        for party, latch in zip(parties, latches, strict=True)
+    ]
+    run.begin(parties)
+    try:
+        for thread in threads:
+            thread.start()
+        run.over.wait()
+    finally:
+        # Also when the main thread is interrupted: nobody is left behind.
+        run.stop()
+        for thread in threads:
+            if thread.ident is not None:
+                thread.join(PATIENCE)
+    return tuple(thread.name for thread in threads if thread.is_alive())
+
+
+def _thread(run: Run, party: Party, latch: _Latch) -> None:
+    """Carry one task."""
+    if run.serial:
+        latch.wait(None)
+    coroutine = party.task.run()
+    error: BaseException | None = None
+    try:
+        offers = _first(coroutine)
+        while True:
+            try:
+                outcome = run.submit(party, offers)
+            except Exception as wrong:
+                offers = coroutine.throw(wrong)
+                continue
+            if outcome is None:
+                while not latch.wait(run.patience(party, offers) if not run.serial else None):
+                    run.retry(party)
+                outcome, party.outcome = party.outcome, None
+            offers = _next(coroutine, outcome)
+    except StopIteration:
+        pass
+    except BaseException as raised:
+        error = raised
+    run.leave(party, error)
+
+
+def _first(coroutine: Coroutine[Any, Any, None]) -> tuple[Offer | None, ...]:
+    """The first selection of a task."""
+    offers: tuple[Offer | None, ...] = coroutine.send(None)
+    return offers
+
+
+def _next(coroutine: Coroutine[Any, Any, None], outcome: Outcome | None) -> tuple[Offer | None, ...]:
+    """Tell a task what came of its selection; its next one."""
+    offers: tuple[Offer | None, ...]
+    offers = coroutine.throw(outcome) if isinstance(outcome, Stopped) else coroutine.send(outcome)
+    return offers
+
+
+# --- asyncio ---------------------------------------------------------------------------------------------------
+
+
+class _Flag:
+    """A gate for an event loop; may be opened from another thread."""
+
+    __slots__ = ("_event", "_loop")
+
+    def __init__(self) -> None:
+        self._event = asyncio.Event()
+        self._loop = asyncio.get_running_loop()
+
+    def open(self) -> None:
+        try:
+            inside = asyncio.get_running_loop() is self._loop
+        except RuntimeError:
+            inside = False
+        if inside:
+            self._event.set()
+        else:
+            self._loop.call_soon_threadsafe(self._event.set)
+
+    async def wait(self, seconds: float | None) -> bool:
+        """Pass the gate; False if it did not open in time."""
+        if not self._event.is_set():
+            try:
+                await asyncio.wait_for(self._event.wait(), seconds)
+            except TimeoutError:
+                return False
+        self._event.clear()
+        return True
+
+
+async def _event_loop(run: Run, tasks: Sequence[Task]) -> None:
+    """Carry the tasks by asyncio tasks."""
+    flags = [_Flag() for _ in tasks]
+    parties = [Party(task, flag) for task, flag in zip(tasks, flags, strict=True)]
+    run.begin(parties)
+    carriers = [asyncio.ensure_future(_carry(run, party, flag)) for party, flag in zip(parties, flags, strict=True)]
+    try:
+        await asyncio.gather(*carriers)
+    except asyncio.CancelledError:
+        # What asyncio makes of an interrupt: the tasks are told in their own way.
+        run.stop()
+        await asyncio.gather(*carriers, return_exceptions=True)
+        raise
+
+
+async def _carry(run: Run, party: Party, flag: _Flag) -> None:
+    """Carry one task."""
+    if run.serial:
+        await flag.wait(None)
+    coroutine = party.task.run()
+    error: BaseException | None = None
+    try:
+        offers = _first(coroutine)
+        while True:
+            try:
+                outcome = run.submit(party, offers)
+            except Exception as wrong:
+                offers = coroutine.throw(wrong)
+                continue
+            if outcome is None:
+                while not await flag.wait(run.patience(party, offers) if not run.serial else None):
+                    run.retry(party)
+                outcome, party.outcome = party.outcome, None
+            else:
+                await asyncio.sleep(0)  # a task that never has to wait must not keep the others from running
+            offers = _next(coroutine, outcome)
+    except StopIteration:
+        pass
+    except asyncio.CancelledError:
+        coroutine.close()
+        run.leave(party)
+        raise
+    except BaseException as raised:
+        error = raised
+    run.leave(party, error)
+
+
+# --- a plain loop ----------------------------------------------------------------------------------------------
+
+
+class _Turn:
+    """A gate that notes whose turn it is."""
+
+    __slots__ = ("_position", "_turns")
+
+    def __init__(self, turns: deque[int], position: int) -> None:
+        self._turns = turns
+        self._position = position
+
+    def open(self) -> None:
+        self._turns.append(self._position)
+
+
+def _plain_loop(run: Run, tasks: Sequence[Task]) -> None:
+    """Carry all tasks in the calling thread."""
+    turns: deque[int] = deque()
+    parties = [Party(task, _Turn(turns, i)) for i, task in enumerate(tasks)]
+    coroutines: list[Coroutine[Any, Any, None] | None] = [None for _ in tasks]
+    run.begin(parties)
+    try:
+        while turns:
+            position = turns.popleft()
+            party = parties[position]
+            try:
+                coroutine = coroutines[position]
+                if coroutine is None:
+                    coroutine = coroutines[position] = party.task.run()
+                    offers = _first(coroutine)
+                else:
+                    outcome, party.outcome = party.outcome, None
+                    offers = _next(coroutine, outcome)
+                while True:
+                    try:
+                        outcome = run.submit(party, offers)
+                    except Exception as wrong:
+                        offers = coroutine.throw(wrong)
+                        continue
+                    if outcome is None:
+                        break
+                    offers = _next(coroutine, outcome)
+            except StopIteration:
+                run.leave(party)
+            except KeyboardInterrupt:
+                raise
+            except BaseException as raised:
+                run.leave(party, raised)
+    except KeyboardInterrupt:
+        run.stop()
+        for coroutine in coroutines:
+            if coroutine is not None:
+                coroutine.close()
+        raise

@@ -1,0 +1,344 @@
+"""A run of a program: the one place where events happen.
+
+Every task that waits has told the run what it offers; under one lock the run finds the possible events, lets exactly
+one happen, records it, and wakes the tasks that took part. Who carries the tasks (threads, an event loop, a plain
+loop) is of no concern here: a :class:`Party` is woken through its gate.
+
+There are two ways to go on. *Free*: tasks run at the same time, and an event happens as soon as the last task that it
+needs offers it. *Serial*: one task runs at a time, the most urgent first; when none is left that can run, one of the
+possible events is chosen. A serial run is the same every time (clock and policy permitting), whoever carries it.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Sequence
+from heapq import heappop, heappush
+from typing import Protocol
+
+from codegen.runtime.alternation import Board, Choice, Commit, Policy
+from codegen.runtime.channel import ANY, Offer, OneOf, Values, WrongOffer
+from codegen.runtime.clock import Clock, MonotonicClock
+from codegen.runtime.recorder import Record, Recorder
+from codegen.runtime.task import Stopped, Task
+from codegen.runtime.waiting import deadlock
+
+Outcome = Choice | Stopped
+"""What a task that waited is told."""
+
+
+class Gate(Protocol):
+    """How a waiting task is woken."""
+
+    def open(self) -> None:
+        """Let the task go on, now or when it comes to wait."""
+
+
+class Party:
+    """A task in a run; ``outcome`` is what it will be told when it is woken."""
+
+    __slots__ = ("gate", "looked", "outcome", "task")
+
+    def __init__(self, task: Task, gate: Gate) -> None:
+        self.task = task
+        self.gate = gate
+        self.outcome: Outcome | None = None
+        self.looked = 0.0
+        """When it was last looked at what is possible for it."""
+
+
+class Run:
+    """The events of one run of some tasks.
+
+    Args:
+        clock: what time it is.
+        policy: decides between events that are possible at the same time.
+        recorder: is told every event; what it raises stops the run.
+        serial: whether one task runs at a time.
+        most: so many events at most are let happen; None: any number.
+        until: the run ends at this time of the clock; None: never.
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        policy: Policy,
+        recorder: Recorder,
+        *,
+        serial: bool,
+        most: int | None = None,
+        until: float | None = None,
+    ) -> None:
+        self.clock = clock
+        self.serial = serial
+        self.events = 0
+        """How many events have happened."""
+        self.failure: BaseException | None = None
+        """What stopped the run, if it was not meant to end."""
+        self.terminated = False
+        """Whether all tasks have ended of themselves."""
+        self._policy = policy
+        self._recorder = recorder
+        self._most = most
+        self._until = until
+        self._lock = threading.Lock()
+        self._board = Board()
+        self._parties: dict[str, Party] = {}
+        self._priorities: dict[str, int] = {}
+        self._running = 0
+        self._ended: dict[str, None] = {}
+        self._closed = False
+        self.over = threading.Event()
+        """Set when nothing will happen any more."""
+        self._ready: list[tuple[int, int, Party]] = []
+        self._queued = 0
+
+    @property
+    def closed(self) -> bool:
+        """Whether nothing will happen any more."""
+        return self._closed
+
+    def begin(self, parties: Sequence[Party]) -> None:
+        """Take in the tasks. A serial run opens the gate of the first; otherwise all may start at once."""
+        with self._lock:
+            for party in parties:
+                name = party.task.name
+                if name in self._parties:
+                    raise WrongOffer(f"two tasks are called {name}")
+                self._parties[name] = party
+                self._priorities[name] = party.task.priority
+                party.task.begin(self)
+            self._running = len(parties)
+            self.clock.start()
+            if self.serial:
+                self._running = 0
+                for party in parties:
+                    self._wake(party)
+                self._pass_on()
+
+    # --- what tasks do ---------------------------------------------------------------------------------------
+
+    def submit(self, party: Party, offers: Sequence[Offer | None]) -> Outcome | None:
+        """A task waits for one of *offers*.
+
+        Returns:
+            What came of it, if that is known at once; otherwise None, and the gate opens when it is known.
+
+        Raises:
+            OutOfRange, WrongOffer: an offer is wrong. The task goes on running.
+        """
+        name = party.task.name
+        for offer in offers:
+            if offer is not None:
+                offer.check(name)
+        with self._lock:
+            if not self._closed and self._until is not None and self.clock.now() >= self._until:
+                self._close(None)
+            if self._closed:
+                return Stopped()
+            self._board.add(name, offers)
+            self._running -= 1
+            if self.serial:
+                self._pass_on()
+                return None
+            try:
+                party.looked = self.clock.now()
+                if self._choose(self._board.commits_of(name, party.looked)):
+                    outcome, party.outcome = party.outcome, None
+                    return outcome
+            except Exception as error:
+                self._close(error)
+                return None
+            self._look_for_the_end()
+            return None
+
+    def retry(self, party: Party) -> None:
+        """Time has passed that a waiting task waited for: look again at what is possible for it."""
+        with self._lock:
+            name = party.task.name
+            if self._closed or name not in self._board.waiting:
+                return
+            if self._until is not None and self.clock.now() >= self._until:
+                self._close(None)
+                return
+            try:
+                party.looked = self.clock.now()
+                if self._choose(self._board.commits_of(name, party.looked)):
+                    party.gate.open()
+                else:
+                    self._look_for_the_end()
+            except Exception as error:
+                self._close(error)
+
+    def patience(self, party: Party, offers: Sequence[Offer | None]) -> float | None:
+        """How many seconds a task that waits for *offers* may sleep before it must look again; None: for ever."""
+        looked = party.looked
+        times = [o.after for o in offers if o is not None and o.after is not None and o.after > looked]
+        if self._until is not None:
+            times.append(self._until)
+        return max(0.0, min(times) - self.clock.now()) if times else None
+
+    def done(self, task: str, offer: Offer, values: Values) -> None:
+        """The body of an offer has run: its event has happened.
+
+        Raises:
+            OutOfRange: the body gave a value that the channel cannot carry.
+            Stopped: the run has ended meanwhile; the event is not recorded.
+        """
+        for i, (declared, field, value) in enumerate(zip(offer.channel.types, offer.fields, values, strict=True)):
+            if field is ANY or isinstance(field, OneOf):
+                declared.check(value, task, offer.channel.field_name(i))
+            if isinstance(field, OneOf) and value not in field.values:
+                raise WrongOffer(f"{task}: the method {offer.channel.name} gave {value!r}, outside {offer.text()}")
+        with self._lock:
+            if self._closed:
+                raise Stopped
+            try:
+                self._record(Commit(offer.channel, ((task, 0),), (values,)), values)
+                if self.events == self._most:
+                    self._close(None)
+            except Exception as error:
+                self._close(error)
+                raise Stopped from None
+
+    def leave(self, party: Party, error: BaseException | None = None) -> None:
+        """A task has ended, with *error* if it failed: then the run is over."""
+        with self._lock:
+            self._ended[party.task.name] = None
+            self._running -= 1
+            if error is not None and not isinstance(error, Stopped):
+                error.add_note(f"in the task {party.task.name}")
+                self._close(error)
+            if self.serial:
+                self._pass_on()
+            else:
+                self._look_for_the_end()
+
+    def decide(self, task: str, ways: int) -> int:
+        """An internal choice."""
+        with self._lock:
+            return self._policy.decide(task, ways)
+
+    def stop(self, failure: BaseException | None = None) -> None:
+        """End the run: every task gets :class:`Stopped` where it waits or next comes to wait."""
+        with self._lock:
+            self._close(failure)
+            if self.serial and self._running == 0:
+                self._pass_on()
+
+    # --- under the lock --------------------------------------------------------------------------------------
+
+    def _choose(self, commits: Sequence[Commit]) -> bool:
+        """Let one of the possible events happen; whether there was one.
+
+        In a free run the gates of all but the first task of the event are opened: the first is the one that asks.
+        """
+        if not commits:
+            return False
+        commit = self._policy.choose(commits, self._priorities)
+        names = [task for task, _ in commit.parts]
+        offers = self._board.waiting
+        first, index = commit.parts[0]
+        offer = offers[first][index]
+        assert offer is not None
+        if offer.body is None:
+            values = commit.candidates[0] if len(commit.candidates) == 1 else self._policy.value(commit)
+            self._record(commit, values)
+        else:
+            values = ()
+        for name in names:
+            self._board.remove(name)
+        for name, position in commit.parts:
+            self._parties[name].outcome = Choice(position, values)
+        if self.serial:
+            for name in sorted(names):
+                self._wake(self._parties[name])
+        else:
+            self._running += len(names)
+            for name in names[1:]:
+                self._parties[name].gate.open()
+        if self.events == self._most:
+            self._close(None)
+        return True
+
+    def _record(self, commit: Commit, values: Values) -> None:
+        channel = commit.channel
+        tasks = tuple(sorted(task for task, _ in commit.parts))
+        self._recorder.record(
+            Record(self.events, self.clock.now(), channel.text(values), channel.name, values, tasks, channel.hidden)
+        )
+        self.events += 1
+
+    def _wake(self, party: Party) -> None:
+        """Serial: put a task among those that can run."""
+        self._queued += 1
+        heappush(self._ready, (-party.task.priority, self._queued, party))
+
+    def _pass_on(self) -> None:
+        """Serial: let the next task run; if there is none, let the next event happen."""
+        while True:
+            if self._ready:
+                party = heappop(self._ready)[2]
+                self._running += 1
+                party.gate.open()
+                return
+            if self._closed or not self._board.waiting:
+                self._look_for_the_end()
+                if not self._ready:
+                    return
+                continue
+            try:
+                now = self.clock.now()
+                if self._until is not None and now >= self._until:
+                    self._close(None)
+                elif not self._choose(self._board.commits(now)) and not self._sleep():
+                    self._close(deadlock(self._board, self._ended))
+            except Exception as error:
+                self._close(error)
+
+    def _sleep(self) -> bool:
+        """Serial: pass the time until something may be possible again; whether there is such a time."""
+        now = self.clock.now()
+        next_time = self._board.next_time(now)
+        if next_time is None:
+            return False
+        if self._until is not None:
+            next_time = min(next_time, self._until)
+        if isinstance(self.clock, MonotonicClock):
+            time.sleep(max(0.0, next_time - now))
+        else:
+            self.clock.advance(next_time)
+        return True
+
+    def _look_for_the_end(self) -> None:
+        """See whether all tasks have ended, or all that have not wait for ever."""
+        if self._running > 0 or self._closed:
+            return
+        if not self._board.waiting:
+            self.terminated = True
+            try:
+                self._recorder.record(Record(self.events, self.clock.now(), "tick", "tick", (), (), False))
+            except Exception as error:
+                self.failure = error
+            self._closed = True
+            self.over.set()
+        elif not self.serial and self._board.next_time(self.clock.now()) is None:
+            self._close(deadlock(self._board, self._ended))
+
+    def _close(self, failure: BaseException | None) -> None:
+        """Let nothing happen any more, and send everybody who waits home."""
+        if self._closed:
+            return
+        self._closed = True
+        self.failure = failure
+        self.over.set()
+        for name in list(self._board.waiting):
+            self._board.remove(name)
+            party = self._parties[name]
+            party.outcome = Stopped()
+            if self.serial:
+                self._wake(party)
+            else:
+                self._running += 1
+                party.gate.open()

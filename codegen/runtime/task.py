@@ -1,0 +1,129 @@
+"""Tasks: the processes of a program.
+
+A task's :meth:`Task.run` is written once, as a coroutine; whether a thread or an event loop carries it is decided when
+the program is run. Nothing but the methods of this class may be awaited in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Coroutine, Generator
+from types import coroutine
+from typing import TYPE_CHECKING, Any, Final
+
+from codegen.runtime.alternation import Choice
+from codegen.runtime.channel import ANY, Offer, OneOf, Values
+
+if TYPE_CHECKING:
+    from codegen.runtime.run import Run
+
+
+class Stopped(BaseException):
+    """The program is being shut down. Raised where a task waits; tasks may clean up and must let it pass.
+
+    Not an ``Exception``, so that a task that catches its own errors does not catch this one.
+    """
+
+
+@coroutine
+def _wait(offers: tuple[Offer | None, ...]) -> Generator[tuple[Offer | None, ...], Choice, Choice]:
+    """Hand a selection to whoever carries the task, and get the choice."""
+    return (yield offers)
+
+
+class Task:
+    """A process.
+
+    Args:
+        name: what records and messages call it, and what channels know it by.
+        priority: of several possible events that of the most urgent task happens first; higher is more urgent.
+        period: seconds between releases, for a periodic task.
+        offset: the time of its first release.
+    """
+
+    def __init__(self, name: str, *, priority: int = 0, period: float | None = None, offset: float = 0.0) -> None:
+        if period is not None and period <= 0:
+            raise ValueError(f"the period of {name} must be above zero, not {period}")
+        self.name: Final = name
+        self.priority = priority
+        self.period = period
+        self.offset = offset
+        self.releases = 0
+        """How many releases there have been."""
+        self.missed = 0
+        """How many releases did not happen before the next one was due: too late, or left out."""
+        self._next = 0
+        self._run: Run | None = None
+
+    def run(self) -> Coroutine[Any, Any, None]:
+        """What the task does, from beginning to end. Subclasses write it as ``async def run(self) -> None``."""
+        raise NotImplementedError
+
+    # --- what a task can do ----------------------------------------------------------------------------------
+
+    async def select(self, *offers: Offer | None) -> Choice:
+        """Wait until one of the *offers* is taken: external choice.
+
+        None stands for an offer whose guard is false. Without any offer the task has stopped for ever.
+        """
+        choice = await _wait(offers)
+        offer = offers[choice.taken]
+        if offer is None or offer.body is None:
+            return choice
+        return Choice(choice.taken, self._call(offer))
+
+    async def perform(self, offer: Offer) -> Values:
+        """Wait until the only *offer* is taken; the values of the event."""
+        choice = await _wait((offer,))
+        return choice.values if offer.body is None else self._call(offer)
+
+    async def stop(self) -> None:
+        """``STOP``: never go on."""
+        await _wait(())
+
+    def decide(self, ways: int) -> int:
+        """``P |~| Q``: a number below *ways*, as the program's policy has it."""
+        return self.carrier.decide(self.name, ways)
+
+    # --- periodic tasks --------------------------------------------------------------------------------------
+
+    @property
+    def release(self) -> float:
+        """When the task's next release is due: ``offset + n * period``, never a time computed from another."""
+        assert self.period is not None, f"{self.name} is not periodic"
+        return self.offset + self._next * self.period
+
+    def released(self) -> None:
+        """Count a release that has just happened.
+
+        Releases whose whole period has passed meanwhile are left out: the task goes on with one that is due, where it
+        was due from the beginning, and never hurries after what is lost.
+        """
+        assert self.period is not None
+        behind = int((self.carrier.clock.now() - self.release) / self.period + 1e-9)
+        self.releases += 1
+        self.missed += behind
+        self._next += max(1, behind)
+
+    # --- what carries it -------------------------------------------------------------------------------------
+
+    @property
+    def carrier(self) -> Run:
+        """The run that the task is part of."""
+        assert self._run is not None, f"{self.name} is not running"
+        return self._run
+
+    def begin(self, run: Run) -> None:
+        """Become part of a run."""
+        self._run = run
+        self.releases = self.missed = self._next = 0
+
+    def _call(self, offer: Offer) -> Values:
+        """Call the body of an offer that was taken, and have the event recorded."""
+        assert offer.body is not None
+        given = [field for field in offer.fields if field is not ANY and type(field) is not OneOf]
+        result = offer.body(*given)
+        missing = len(offer.fields) - len(given)
+        rest = iter(result if missing > 1 else (result,))
+        values = tuple(next(rest) if field is ANY or type(field) is OneOf else field for field in offer.fields)
+        self.carrier.done(self.name, offer, values)
+        return values
