@@ -27,7 +27,9 @@ def _counter(predicate: str, delta: str = "x", schema: str = "c", secondary: str
 
 def _two(here: str, there: str) -> str:
     return (
-        f"class A\n  chan c : [{here}]\n  main = c -> main\nend\nclass B\n  chan c : [{there}]\n  main = c -> main\nend"
+        f"class A\n  chan c : [{here}]\n  main = c -> main\n  op com_c\n    v! : nat\n  where\n    v! = 0\nend\n"
+        f"class B\n  chan c : [{there}]\n  main = c -> main\n  op com_c\n    {there}\n  where\n    true\nend\n"
+        "S = A || B"
     )
 
 

@@ -49,6 +49,8 @@ class Classes:
         self.scope = scope
         self.paragraphs = paragraphs
         self.report = report
+        self.parameters = Scope(scope)
+        """The given sets that generic parameters stand for, beside all names of the script."""
         self._built: dict[tuple[str, tuple[core.Term, ...]], _Built] = {}
         self._open: list[str] = []
 
@@ -56,15 +58,23 @@ class Classes:
         """Every class of the script as it stands, in the order of the text."""
         for tree in self.trees.values():
             for generic in tree.generics:
-                given = core.GivenType(f"{tree.name}.{generic.name}")
-                self.paragraphs.givens[given.name] = generic.span
-                self.scope.add(given.name, SetEntry(whole(given), generic.span))
+                given = self.parameter(tree, generic.name)
+                self.paragraphs.givens.setdefault(given.name, generic.span)
+                self.parameters.add(given.name, SetEntry(whole(given), generic.span))
         models = {}
         for name in self.trees:
             built = self.build(name, (), self.report)
             if built is not None:
                 models[name] = built.model
         return models
+
+    def parameter(self, tree: s.Class, name: str) -> core.GivenType:
+        """The given set that a generic parameter stands for in a class that is not instantiated.
+
+        Parameters of one name are one set in all classes, so that two generic classes can be compared; unless the
+        script gives that name another meaning.
+        """
+        return core.GivenType(name if self.scope.find(name) is None else f"{tree.name}.{name}")
 
     def instance(self, name: str, arguments: tuple[s.Term, ...]) -> core.ClassModel:
         """A generic class with actual parameters.
@@ -114,7 +124,7 @@ class _Builder:
         self.scope = Scope(classes.scope)
         self.types: dict[str, SetEntry] = {}
         for i, generic in enumerate(tree.generics):
-            term = arguments[i] if arguments else whole(core.GivenType(f"{tree.name}.{generic.name}"))
+            term = arguments[i] if arguments else whole(classes.parameter(tree, generic.name))
             self.scope.add(generic.name, SetEntry(term, generic.span))
         self.channels: dict[str, core.Channel] = {}
         self.constants: dict[str, core.Declared] = {}

@@ -104,6 +104,7 @@ class _Elaboration:
                 found = self._retrieve(declaration, models)
                 if found is not None:
                     retrieves[found.name] = found
+        self.scope = classes.parameters
         readings = [self._reading(d) for d in self.declarations if isinstance(d, s.Reading)]
         errors = self._errors()
         if errors:
@@ -201,9 +202,9 @@ class _Elaboration:
             return None
 
     def _subject(self, node: s.Term) -> core.Term:
-        """What is read: a set, or ``Stack.T`` for a generic parameter of a class."""
+        """What is read: a set; ``T`` for the generic parameters of that name, ``Stack.T`` where T is a name too."""
         if isinstance(node, s.Selection) and isinstance(node.record, s.Reference):
-            entry = self.scope.find(f"{node.record.name}.{node.field}")
+            entry = self.scope.find(f"{node.record.name}.{node.field}") or self.scope.find(node.field)
             if isinstance(entry, SetEntry):
                 return entry.term
         return replace(self.typing.carrier(node, self.scope), span=None)

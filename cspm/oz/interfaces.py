@@ -8,7 +8,7 @@ from cspm import syntax
 from cspm.diagnostics import Diagnostic
 from cspm.messages import classes as messages
 from cspm.oz import core
-from cspm.oz.equations import names_in
+from cspm.oz.equations import defined_name, names_in
 from cspm.spelling import suggestions
 
 Report = Callable[[Diagnostic], None]
@@ -19,30 +19,66 @@ def compare_interfaces(
 ) -> None:
     """Compare the channels of all classes of a script.
 
+    Types must agree wherever a channel is declared. Who writes, who reads, and who is alone with a channel is looked
+    at among the classes that the script composes.
+
     Args:
         models: the classes.
         outside: the CSPm declarations of the script, whose processes may be partners too.
         report: told what does not match.
     """
+    agreed = set()
+    for name, users in _sharing(list(models.values())).items():
+        users = _without_ancestors(users, models)
+        if all(_compared(users[0], other, report) for other in users[1:]):
+            agreed.add(name)
+    compositions, mentioned = _compositions(models, outside)
+    for composition in compositions:
+        composed = _sharing([models[name] for name in composition])
+        for name, users in composed.items():
+            if name in agreed:
+                _ends(name, users, report)
+            if len(users) == 1 and name not in mentioned:
+                owner, channel = users[0]
+                others = [n for n, found in composed.items() if all(m.name != owner.name for m, _ in found)]
+                report(messages.lonely_channel(name, owner.name, channel.span, suggestions(name, others)))
+
+
+def _sharing(models: Sequence[core.ClassModel]) -> dict[str, list[tuple[core.ClassModel, core.Channel]]]:
+    """The classes that declare each channel."""
     sharing: dict[str, list[tuple[core.ClassModel, core.Channel]]] = {}
-    for model in models.values():
+    for model in models:
         for channel in model.channels.values():
             if channel.kind == "chan":
                 sharing.setdefault(channel.name, []).append((model, channel))
-    mentioned = {name.parts[0] for name in names_in(tuple(outside))}
-    for name, users in sharing.items():
-        users = _without_ancestors(users, models)
-        first = users[0]
-        for other in users[1:]:
-            if not _compared(first, other, report):
-                break
-        else:
-            _ends(name, users, report)
-        if len(users) == 1 and len(models) > 1 and name not in mentioned:
-            owner, channel = users[0]
-            if not _related(owner, models):
-                others = [n for n, found in sharing.items() if all(m.name != owner.name for m, _ in found)]
-                report(messages.lonely_channel(name, owner.name, channel.span, suggestions(name, others)))
+    return sharing
+
+
+def _compositions(
+    models: Mapping[str, core.ClassModel], outside: Sequence[syntax.Declaration]
+) -> tuple[list[tuple[str, ...]], set[str]]:
+    """The largest sets of classes that definitions of the script speak of together, and all names that it mentions."""
+    uses: dict[str, set[str]] = {}
+    mentioned: set[str] = set()
+    for declaration in outside:
+        names = {name.parts[0] for name in names_in(declaration)}
+        mentioned |= names
+        found = defined_name(declaration)
+        if found is not None:
+            uses.setdefault(found[0], set()).update(names)
+    sets = []
+    for start in uses:
+        reached, pending = {start}, [start]
+        while pending:
+            for name in uses.get(pending.pop(), ()):
+                if name not in reached:
+                    reached.add(name)
+                    pending.append(name)
+        classes = frozenset(reached & set(models))
+        if len(classes) > 1:
+            sets.append(classes)
+    largest = [found for found in dict.fromkeys(sets) if not any(found < other for other in sets)]
+    return [tuple([name for name in models if name in found]) for found in largest], mentioned
 
 
 def _ancestors(model: core.ClassModel, models: Mapping[str, core.ClassModel]) -> Iterator[str]:
@@ -65,11 +101,6 @@ def _without_ancestors(
     return left or users
 
 
-def _related(model: core.ClassModel, models: Mapping[str, core.ClassModel]) -> bool:
-    """Whether a class is part of an inheritance: then other variants of it may be what is composed."""
-    return bool(model.parents) or any(model.name in other.parents for other in models.values())
-
-
 def _compared(
     first: tuple[core.ClassModel, core.Channel], other: tuple[core.ClassModel, core.Channel], report: Report
 ) -> bool:
@@ -86,8 +117,8 @@ def _compared(
     alike = True
     for p, q in zip(mine.parameters, theirs.parameters, strict=True):
         if p.type != q.type:
-            if _generic(p.type) or _generic(q.type):
-                continue
+            if _generic(p.type, a) or _generic(q.type, b):
+                continue  # that depends on how the class is instantiated
             ends = ((b.name, str(q.type), q.span), (a.name, str(p.type), p.span))
             report(messages.channel_types(mine.name, q.name, *ends))
             alike = False
@@ -96,17 +127,17 @@ def _compared(
     return alike
 
 
-def _generic(type_: core.Type) -> bool:
-    """Whether a type depends on a generic parameter, which is not known yet."""
+def _generic(type_: core.Type, model: core.ClassModel) -> bool:
+    """Whether a type depends on a generic parameter of its class."""
     match type_:
         case core.GivenType(name):
-            return "." in name
+            return any(name in (generic, f"{model.name}.{generic}") for generic in model.generics)
         case core.SetType(element) | core.SequenceType(element) | core.BagType(element):
-            return _generic(element)
+            return _generic(element, model)
         case core.FunctionType(domain, range_):
-            return _generic(domain) or _generic(range_)
+            return _generic(domain, model) or _generic(range_, model)
         case core.TupleType(items):
-            return any(map(_generic, items))
+            return any(_generic(item, model) for item in items)
     return False
 
 

@@ -16,7 +16,7 @@ from cspm.messages import classes_types as type_messages
 from cspm.oz import core
 from cspm.oz import syntax as s
 from cspm.oz.core import BOOL, Apply, Term, Variable
-from cspm.oz.scopes import ParameterEntry, Scope, StateEntry, mentioned
+from cspm.oz.scopes import FailedEntry, ParameterEntry, Scope, StateEntry, mentioned
 from cspm.oz.substitution import renamed_variables
 from cspm.oz.typing import Typing
 from cspm.oz.typing_operators import Wrong
@@ -205,6 +205,8 @@ class Boxes:
                 carrier = self._typing.carrier(declaration.carrier, self._scope)
             except Wrong as wrong:
                 self._report(wrong.diagnostic)
+                for name in declaration.names:
+                    inner.add(name.name + name.decoration, FailedEntry(wrong.diagnostic))
                 continue
             assert isinstance(carrier.type, core.SetType)
             for name in declaration.names:
@@ -234,6 +236,8 @@ class Boxes:
         found = []
         for name in schema.delta or ():
             entry = self._scope.find(name.name)
+            if isinstance(entry, FailedEntry):
+                continue
             if isinstance(entry, StateEntry) and not entry.secondary:
                 found.append(name.name)
                 continue

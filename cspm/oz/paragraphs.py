@@ -12,7 +12,7 @@ from cspm.messages import classes_types as type_messages
 from cspm.oz import core
 from cspm.oz import syntax as s
 from cspm.oz.core import INT, Apply, Constant, Declared, RecordType, SetType
-from cspm.oz.scopes import ConstructorEntry, GenericEntry, Scope, SetEntry, VariableEntry, mentioned, whole
+from cspm.oz.scopes import ConstructorEntry, FailedEntry, GenericEntry, Scope, SetEntry, VariableEntry, mentioned, whole
 from cspm.oz.typing import Typing
 from cspm.oz.typing_operators import Wrong
 from cspm.source import Span
@@ -120,6 +120,8 @@ class Paragraphs:
                 self._one(own[number])
             except Wrong as wrong:
                 self.report(wrong.diagnostic)
+                for name, _ in _declared(own[number]):
+                    self.scope.add(name, FailedEntry(wrong.diagnostic))
 
     def _one(self, paragraph: s.Paragraph) -> None:
         match paragraph:
@@ -179,6 +181,8 @@ class Paragraphs:
                 carrier = self.typing.carrier(declaration.carrier, scope)
             except Wrong as wrong:
                 self.report(wrong.diagnostic)
+                for name in declaration.names:
+                    scope.add(name.name + name.decoration, FailedEntry(wrong.diagnostic))
                 continue
             assert isinstance(carrier.type, SetType)
             for name in declaration.names:

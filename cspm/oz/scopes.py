@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias
 
+from cspm.diagnostics import Diagnostic
 from cspm.oz import core
 from cspm.oz import syntax as s
 from cspm.source import Span
@@ -84,6 +85,13 @@ class AmbiguousEntry:
     choices: tuple[str, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class FailedEntry:
+    """A name whose declaration is wrong: what is wrong has been told, and is all that there is to say of its uses."""
+
+    diagnostic: Diagnostic
+
+
 Entry: TypeAlias = (
     StateEntry
     | ParameterEntry
@@ -93,6 +101,7 @@ Entry: TypeAlias = (
     | ConstructorEntry
     | ClassEntry
     | AmbiguousEntry
+    | FailedEntry
 )
 
 

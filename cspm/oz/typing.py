@@ -38,6 +38,7 @@ from cspm.oz.scopes import (
     AmbiguousEntry,
     ClassEntry,
     ConstructorEntry,
+    FailedEntry,
     GenericEntry,
     ParameterEntry,
     Place,
@@ -52,8 +53,8 @@ from cspm.oz.typing_operators import (
     alike,
     as_function,
     as_set,
+    coerced,
     element_of,
-    fitted,
     must_be,
     numbers,
     partition,
@@ -158,7 +159,7 @@ class Typing:
         elif relation == "in_bag":
             bag = must_be(right, BagType, "a bag", span)
             assert isinstance(bag.type, BagType)
-            left = fitted(left, bag.type.element, span)
+            left = coerced(left, bag.type.element, span)
         elif relation == "partition":
             return partition(left, right, span)
         else:
@@ -257,6 +258,8 @@ class Typing:
                 raise Wrong(messages.class_is_no_value(node.name, node.span, entry.span))
             case AmbiguousEntry():
                 raise Wrong(messages.ambiguous_variable(node.name, entry.choices, node.span))
+            case FailedEntry():
+                raise Wrong(entry.diagnostic)
         parameter = scope.parameter(node.name)
         if parameter is not None:
             decorated = node.name + ("?" if parameter.kind == "input" else "!")
@@ -269,6 +272,9 @@ class Typing:
         written = node.name + node.decoration
         if place in ("initial", "invariant", "axiom", "record", "retrieve"):
             raise Wrong(messages.parameter_out_of_place(written, place, node.span))
+        failed = scope.find(written)
+        if isinstance(failed, FailedEntry):
+            raise Wrong(failed.diagnostic)
         entry = scope.parameter(node.name)
         kind: core.ParameterKind = "input" if node.decoration == "?" else "output"
         if entry is None or entry.kind != kind:
@@ -283,6 +289,8 @@ class Typing:
 
     def _primed(self, node: s.Reference, entry: object, scope: Scope, place: Place) -> Term:
         written = node.name + "'"
+        if isinstance(entry, FailedEntry):
+            raise Wrong(entry.diagnostic)
         if isinstance(entry, StateEntry):
             if place != "effect":
                 raise Wrong(messages.prime_out_of_place(written, place, node.span))
@@ -338,7 +346,7 @@ class Typing:
             if isinstance(entry, ConstructorEntry):
                 if entry.carrier is None:
                     raise Wrong(messages.constructor_with_argument(entry.name, node.span))
-                argument = fitted(self._term(node.argument, scope, place), element_of(entry.carrier), node.span)
+                argument = coerced(self._term(node.argument, scope, place), element_of(entry.carrier), node.span)
                 return core.Construct(type=entry.type, constructor=entry.name, argument=argument, span=node.span)
             if entry is None and function.name in FUNCTIONS:
                 return toolkit_function(function.name, self._term(node.argument, scope, place), node.span)
@@ -346,15 +354,15 @@ class Typing:
         argument = self._term(node.argument, scope, place)
         match applied.type:
             case FunctionType(domain, range_):
-                argument = fitted(argument, domain, node.span)
+                argument = coerced(argument, domain, node.span)
             case SequenceType(range_):
-                argument = fitted(argument, INT, node.span)
+                argument = coerced(argument, INT, node.span)
             case BagType(element):
                 range_ = INT
-                argument = fitted(argument, element, node.span)
+                argument = coerced(argument, element, node.span)
             case SetType(TupleType((domain, range_))):
                 # A relation may be applied where it relates its argument to exactly one value.
-                argument = fitted(argument, domain, node.span)
+                argument = coerced(argument, domain, node.span)
                 applied = as_function(applied, node.span)
             case _:
                 raise Wrong(messages.not_applicable(str(applied.type), node.function.span))
@@ -400,7 +408,7 @@ class Typing:
             if joined is None:
                 raise Wrong(messages.types_differ(str(element), str(item.type), node.items[i].span))
             element = joined
-        fitted = tuple([fitted(item, element, node.span) for item in items])
+        fitted = tuple([coerced(item, element, node.span) for item in items])
         forms: dict[str, tuple[str, type[SetType] | type[SequenceType] | type[BagType]]] = {
             "set": ("set", SetType),
             "sequence": ("sequence", SequenceType),

@@ -45,7 +45,7 @@ def alike(left: Term, right: Term, span: Span) -> tuple[Term, Term]:
         raise Wrong(messages.types_differ(str(left.type), str(right.type), span)) from None
 
 
-def fitted(term: Term, wanted: Type, span: Span) -> Term:
+def coerced(term: Term, wanted: Type, span: Span) -> Term:
     """*term* with the type *wanted*.
 
     Raises:
@@ -137,7 +137,7 @@ def partition(left: Term, right: Term, span: Span) -> Term:
     if not isinstance(left, Apply) or left.operator != "sequence":
         raise Wrong(messages.partition_of_no_display(span))
     whole = as_set(right, span)
-    sets = tuple([fitted(item, whole.type, span) for item in left.operands])
+    sets = tuple([coerced(item, whole.type, span) for item in left.operands])
     return Apply(type=BOOL, operator="partition", operands=(whole, *sets), span=span)
 
 
@@ -148,7 +148,7 @@ def _arithmetic(name: str, operands: list[Term], span: Span) -> Term:
 
 def _quotient(name: str, operands: list[Term], span: Span) -> Term:
     wanted = REAL if name == "divide" else INT
-    fitted = tuple([fitted(operand, wanted, span) for operand in operands])
+    fitted = tuple([coerced(operand, wanted, span) for operand in operands])
     return Apply(type=wanted, operator=name, operands=fitted, span=span)
 
 
@@ -170,7 +170,7 @@ def _size(name: str, operands: list[Term], span: Span) -> Term:
 
 
 def _integers(name: str, operands: list[Term], span: Span) -> Term:
-    fitted = tuple([fitted(operand, INT, span) for operand in operands])
+    fitted = tuple([coerced(operand, INT, span) for operand in operands])
     return Apply(type=SetType(INT), operator="range", operands=fitted, span=span)
 
 
@@ -187,7 +187,7 @@ def _sets(name: str, operands: list[Term], span: Span) -> Term:
         left, right = as_set(left, span), as_set(right, span)
     if isinstance(left.type, FunctionType):
         relation = SetType(TupleType((left.type.domain, left.type.range)))
-        left, right = fitted(left, relation, span), fitted(right, relation, span)
+        left, right = coerced(left, relation, span), coerced(right, relation, span)
     return Apply(type=left.type, operator=name, operands=(left, right), span=span)
 
 
@@ -278,7 +278,7 @@ def _identity(name: str, operands: list[Term], span: Span) -> Term:
 def _restriction(name: str, operands: list[Term], span: Span) -> Term:
     side = 0 if name.startswith("dom") else 1
     relation = _mapping(operands[1 - side], span)
-    set_ = fitted(as_set(operands[side], span), SetType(_ends(relation.type)[side]), span)
+    set_ = coerced(as_set(operands[side], span), SetType(_ends(relation.type)[side]), span)
     both = (set_, relation) if side == 0 else (relation, set_)
     return Apply(type=relation.type, operator=name, operands=both, span=span)
 
@@ -314,7 +314,7 @@ def _of_relation(name: str, operands: list[Term], span: Span) -> Term:
 def _image(name: str, operands: list[Term], span: Span) -> Term:
     relation = _mapping(operands[0], span)
     a, b = _ends(relation.type)
-    set_ = fitted(as_set(operands[1], span), SetType(a), span)
+    set_ = coerced(as_set(operands[1], span), SetType(a), span)
     return Apply(type=SetType(b), operator="image", operands=(relation, set_), span=span)
 
 
@@ -322,7 +322,7 @@ def _filtering(name: str, operands: list[Term], span: Span) -> Term:
     sequence = must_be(operands[0 if name == "filter" else 1], SequenceType, "a sequence", span)
     assert isinstance(sequence.type, SequenceType)
     set_ = as_set(operands[1 if name == "filter" else 0], span)
-    set_ = fitted(set_, SetType(sequence.type.element if name == "filter" else INT), span)
+    set_ = coerced(set_, SetType(sequence.type.element if name == "filter" else INT), span)
     both = (sequence, set_) if name == "filter" else (set_, sequence)
     return Apply(type=sequence.type, operator=name, operands=both, span=span)
 
@@ -365,16 +365,16 @@ def toolkit_function(name: str, argument: Term, span: Span) -> Term:
         value = number(argument, span)
         return Apply(type=value.type, operator=name, operands=(value,), span=span)
     if name == "succ":
-        value = fitted(argument, INT, span)
+        value = coerced(argument, INT, span)
         return Apply(type=INT, operator="plus", operands=(value, Constant(type=INT, value=1)), span=span)
     if name == "floor":
-        return Apply(type=INT, operator="floor", operands=(fitted(argument, REAL, span),), span=span)
+        return Apply(type=INT, operator="floor", operands=(coerced(argument, REAL, span),), span=span)
     if name == "count":
         if not isinstance(argument.type, TupleType) or not isinstance(argument.type.items[0], BagType):
             raise Wrong(messages.wrong_operand("a bag and an element", str(argument.type), span))
         bag, element = _items(argument)
         assert isinstance(bag.type, BagType)
-        return Apply(type=INT, operator="count", operands=(bag, fitted(element, bag.type.element, span)))
+        return Apply(type=INT, operator="count", operands=(bag, coerced(element, bag.type.element, span)))
     if not isinstance(argument.type, TupleType) or len(argument.type.items) != 2:
         raise Wrong(messages.wrong_operand("a pair", str(argument.type), span))
     return _items(argument)[0 if name == "first" else 1]
