@@ -13,10 +13,12 @@ from checker.network import Network, Slot
 from checker.packed import PackedNetwork
 from checker.paths import Step, tau_loop
 from checker.replay import Replay
+from checker.running import distinct_names
 from checker.search import Exploration
+from checker.told import Told
 from checker.transitions_rows import Row
 from checker.verdict import ComponentBehaviour, Counterexample
-from cspm.events import FIRST_EVENT, TAU, EventTable
+from cspm.events import FIRST_EVENT, TAU, TICK, EventTable
 from cspm.process import Process
 from cspm.process_text import describe
 
@@ -42,6 +44,7 @@ class Behaviour:
     path: tuple[Step, ...]
     events: EventTable
     _used: list[set[int]] = field(init=False)
+    _told: Told | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
         network = self.packed.network
@@ -62,15 +65,29 @@ class Behaviour:
     @property
     def causes(self) -> tuple[str | None, ...]:
         """For each step the event that was hidden in it, if one was."""
-        return tuple(
-            None if cause is None or step.event != TAU else self.events.name(cause)
-            for step, cause in ((step, self._cause(step)) for step in self.path)
-        )
+        inside = self._told.causes if self._told is not None else (None,) * len(self.path)
+        causes = [self._cause(step, told) for step, told in zip(self.path, inside, strict=True)]
+        return tuple(None if cause is None else self.events.name(cause) for cause in causes)
 
-    def loop_names(self, loop: Iterable[Step]) -> tuple[str, ...]:
+    def loop_names(self, loop: Sequence[Step]) -> tuple[str, ...]:
         """A cycle of taus by what was hidden in them; ``tau`` where nothing was."""
-        causes = (self._cause(step) for step in loop)
+        inside = self._told.loop_causes if self._told is not None else (None,) * len(loop)
+        causes = [self._cause(step, told) for step, told in zip(loop, inside, strict=True)]
         return tuple("tau" if cause is None else self.events.name(cause) for cause in causes)
+
+    def loop_parts(self, loop: Sequence[Step]) -> tuple[tuple[tuple[str, str], ...], ...]:
+        """The components that take part in each tau of a cycle, each with what it performs itself."""
+        if self._is_told_in_terms:
+            assert self._told is not None
+            return self._told.loop_parts(self.events)
+        network = self.packed.network
+        return tuple(
+            tuple(
+                (self._slot_names[slot], self.events.name(local_event(network, label)))
+                for slot, label in network.rules[step.rule].moves
+            )
+            for step in loop
+        )
 
     def alphabet(self) -> tuple[str, ...]:
         """The names of all visible events that the network can ever perform, in order."""
@@ -97,6 +114,7 @@ class Behaviour:
         replay.expect(holds, claim)
         if loop:
             replay.expect_loop(self._terms(step, self._used[-1]) for step in loop)
+        self._told = Told(self.process, replay)
 
     def components(self) -> tuple[ComponentBehaviour, ...]:
         """What each component that was ever in use did, and where it stands.
@@ -104,38 +122,73 @@ class Behaviour:
         The components that took part and are not in use any more (the left of a ``;`` that has passed on) have the
         empty state.
         """
+        if self._is_told_in_terms:
+            assert self._told is not None
+            return self._told.components(self.events)
         network = self.packed.network
         final = self._local_states()
-        waits_for = self._blocked
+        waits_for = self._waits_for()
+        names = self._slot_names
         behaviours = []
         for number in sorted(set().union(*self._used)):
             slot = network.slots[number]
             in_use = number in self._used[-1]
             behaviours.append(
                 ComponentBehaviour(
-                    name=slot.name,
+                    name=names[number],
                     trace=tuple(self._part(number, step) for step in self.path),
                     state=describe(slot.terms[final[number]], self.events) if in_use else "",
                     line=slot.span.line if slot.span is not None else None,
                     offers=self._offer_names(slot, final[number]) if in_use else (),
-                    waiting_for=tuple(
-                        dict.fromkeys(network.slots[other].name for other in sorted(waits_for.get(number, ())))
-                    ),
+                    waiting_for=tuple(names[other] for other in sorted(waits_for.get(number, ()))),
                 )
             )
         return tuple(behaviours)
+
+    def parts_in(self, event: int) -> tuple[tuple[str, str], ...]:
+        """The components that take part in an event possible at the end, each with its own name of it."""
+        if self._is_told_in_terms:
+            assert self._told is not None
+            return self._told.parts_in(event, self.events)
+        network, local = self.packed.network, self._local_states()
+        offers = {
+            slot: {label for label, _ in network.slots[slot].lts.successors(local[slot])} for slot in self._used[-1]
+        }
+        for rule in network.rules:
+            able = all(label in offers.get(slot, ()) for slot, label in rule.moves)
+            if able and rule.result == event and rule.format == self._format():
+                return tuple(
+                    (self._slot_names[slot], self.events.name(local_event(network, label)))
+                    for slot, label in rule.moves
+                )
+        return ()
 
     def waiting_cycle(self) -> tuple[str, ...] | None:
         """The shortest cycle of components each of which waits for the next, the last for the first.
 
         Of several the one that starts with the earliest component; None if there is none.
         """
-        cycle = shortest_cycle(self._blocked)
-        return None if cycle is None else tuple(self.packed.network.slots[slot].name for slot in cycle)
+        if self._is_told_in_terms:
+            assert self._told is not None
+            return self._told.waiting_cycle()
+        cycle = shortest_cycle(self._waits_for(sure=True))
+        return None if cycle is None else tuple(self._slot_names[slot] for slot in cycle)
 
-    def _cause(self, step: Step) -> int | None:
+    @property
+    def _is_told_in_terms(self) -> bool:
+        """Whether the network has the whole as one component, and the terms know what it is made of."""
+        return len(self.packed.network.slots) == 1 and self._told is not None and self._told.is_composed
+
+    @cached_property
+    def _slot_names(self) -> list[str]:
+        return distinct_names(slot.name for slot in self.packed.network.slots)
+
+    def _cause(self, step: Step, inside: int | None) -> int | None:
+        """What was hidden in a tau: by the rules, or inside a component."""
+        if step.event != TAU:
+            return None
         cause = self.packed.network.rules[step.rule].cause
-        return None if cause == TAU else cause
+        return inside if cause in (TAU, TICK) else cause
 
     def _part(self, slot: int, step: Step) -> str | None:
         """What the component in a slot performed in a step."""
@@ -158,11 +211,10 @@ class Behaviour:
         network = self.packed.network
         return self.names({local_event(network, label) for label, _ in slot.lts.successors(state)})
 
-    @cached_property
-    def _blocked(self) -> Blocked:
+    def _waits_for(self, *, sure: bool = False) -> Blocked:
         local = self._local_states()
         used = {slot: local[slot] for slot in self._used[-1]}
-        return blocked(self.process, self.packed.network, self._format(), used)
+        return blocked(self.process, self.packed.network, self._format(), used, sure=sure)
 
     def _format(self) -> int:
         current = self.packed.network.initial_format
@@ -185,6 +237,7 @@ def diverging(
         behaviour.trace,
         behaviour.causes,
         loop=behaviour.loop_names(loop),
+        loop_parts=behaviour.loop_parts(loop),
         components=behaviour.components(),
     )
 

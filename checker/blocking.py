@@ -27,10 +27,13 @@ Blocked = dict[int, set[int]]
 """For slots that offer events which cannot happen: the slots that would have to take part and cannot."""
 
 
-def blocked(process: Process, network: Network, format: int, local: Mapping[int, int]) -> Blocked:
+def blocked(
+    process: Process, network: Network, format: int, local: Mapping[int, int], *, sure: bool = False
+) -> Blocked:
     """For each slot in use the slots that lack what one of its events needs.
 
-    Events that can happen in some way are left out, and so are those that no partner could make happen.
+    Events that can happen in some way are left out. Of a group of which nobody can ever perform an event, all are
+    meant; with *sure* nobody is, since it need not be each of them that stands in the way.
 
     Args:
         process: the term that *network* was compiled from.
@@ -51,7 +54,7 @@ def blocked(process: Process, network: Network, format: int, local: Mapping[int,
         for move in ready:
             missing.setdefault(move, set()).update(lacking)
     for move, lacking in _without_rules(process, network).items():
-        if move[1] in offered.get(move[0], ()):
+        if move[1] in offered.get(move[0], ()) and not (sure and len(lacking) > 1):
             missing.setdefault(move, set()).update(lacking)
     found: Blocked = {}
     for move, lacking in missing.items():
@@ -163,12 +166,13 @@ class _Walk:
 
     def _linked(self, process: LinkedParallel) -> dict[int, set[Move]]:
         (left, left_slots), (right, right_slots) = self._part(process.left), self._part(process.right)
-        for event, partner in process.links:
+        for event, partner in (*process.links, (TICK, TICK)):
             if event in left and partner not in right:
                 self._block(left[event], [right_slots])
             if partner in right and event not in left:
                 self._block(right[partner], [left_slots])
-        linked = ({event for event, _ in process.links}, {event for _, event in process.links})
+        both = {TICK} if TICK in left and TICK in right else set()
+        linked = tuple({link[side] for link in process.links} | ({TICK} - both) for side in (0, 1))
         merged: dict[int, set[Move]] = {}
         for found, gone in zip((left, right), linked, strict=True):
             for event, moves in found.items():

@@ -17,6 +17,7 @@ from checker.normal_form import Semantics
 from checker.pair_search import PairExploration, Violation
 from checker.paths import Step, shortest_path
 from checker.replay import ReplayFailure, can_perform, offer, states_after
+from checker.specification_run import specification_run
 from checker.verdict import Counterexample, Outcome, Verdict
 from cspm.events import TICK
 from cspm.process import Process
@@ -80,6 +81,7 @@ def _explained(
     node = int(pairs.nodes[violation.index])
     trace = visible(path)
     specification_trace = tuple(events.name(event) for event in trace)
+    run = specification_run(specification, trace, events)
     if violation.kind == "trace":
         event = violation.event
         behaviour.confirm(can_perform(event), "a state with the forbidden event")
@@ -92,11 +94,13 @@ def _explained(
             allowed=(behaviour.names(normal_form.allowed(node)),),
             components=behaviour.components(),
             specification_trace=specification_trace,
+            specification=run,
+            event_parts=behaviour.parts_in(event),
         )
     if violation.kind == "divergence":
         found = diverging(implementation, pairs, path, violation.index, events)
         allowed = tuple(behaviour.names(acceptance) for acceptance in normal_form.acceptances(node))
-        return replace(found, allowed=allowed, specification_trace=specification_trace)
+        return replace(found, allowed=allowed, specification_trace=specification_trace, specification=run)
     offered = frozenset(pairs.successors(np.array([violation.index], dtype=np.int64)).events.tolist())
     accepted = frozenset({TICK}) if TICK in offered else offered
     acceptances = normal_form.acceptances(node)
@@ -107,9 +111,11 @@ def _explained(
         behaviour.trace,
         behaviour.causes,
         refusal=behaviour.names({event for acceptance in acceptances for event in acceptance} - accepted),
+        offered=behaviour.names(accepted),
         allowed=tuple(behaviour.names(acceptance) for acceptance in acceptances),
         components=behaviour.components(),
         specification_trace=specification_trace,
+        specification=run,
     )
 
 

@@ -18,6 +18,10 @@ CROWD = 64
 """So many terms may be followed side by side before the components' states are used to tell them apart."""
 
 
+States = dict[Process, None]
+"""A set of terms in the order in which they were met, so that what is told of them is always the same."""
+
+
 class ReplayFailure(Exception):
     """A behaviour found by a search is not one of the process: the tool contradicts itself, which is its own bug."""
 
@@ -27,19 +31,23 @@ class Replay:
 
     Attributes:
         states: the terms. Nearly always one; more where a label leads to several states.
+        semantics: the transitions of terms.
     """
 
     def __init__(self, process: Process) -> None:
         self._process = process
-        self._semantics = Semantics()
+        self.semantics = Semantics()
         self._rows: dict[Process, Row] = {}
-        self.states = {self._semantics.state(process)}
+        self.states: States = {self.semantics.state(process): None}
+        self._labels: list[int] = []
+        self._before: list[States] = []
+        self._loops: dict[Process, list[States]] = {}
 
     def row(self, state: Process) -> Row:
         """The transitions of a state."""
         row = self._rows.get(state)
         if row is None:
-            row = self._rows[state] = self._semantics.transitions(state)
+            row = self._rows[state] = self.semantics.transitions(state)
         return row
 
     def step(self, label: int, components: Iterable[Process] = ()) -> None:
@@ -48,6 +56,8 @@ class Replay:
         Raises:
             ReplayFailure: no state can.
         """
+        self._labels.append(label)
+        self._before.append(self.states)
         self.states = self._narrowed(self._after(self.states, label), components)
         if not self.states:
             raise ReplayFailure(f"the process has no transition {label} where the search found one")
@@ -58,7 +68,7 @@ class Replay:
         Raises:
             ReplayFailure: none does; *claim* says what they should be (``a deadlock``).
         """
-        self.states = {state for state in self.states if holds(self.row(state))}
+        self.states = {state: None for state in self.states if holds(self.row(state))}
         if not self.states:
             raise ReplayFailure(f"the behaviour that was found does not end in {claim}")
 
@@ -69,25 +79,43 @@ class Replay:
             ReplayFailure: there is none.
         """
         entries = [tuple(components) for components in loop]
-        kept = set()
+        kept: States = {}
         for state in self.states:
-            current = {state}
+            passed: list[States] = [{state: None}]
             for components in entries:
-                current = self._narrowed(self._after(current, TAU), components)
-            if state in current:
-                kept.add(state)
+                passed.append(self._narrowed(self._after(passed[-1], TAU), components))
+            if state in passed[-1]:
+                kept[state] = None
+                self._loops[state] = passed[:-1]
         self.states = kept
         if not kept or not entries:
             raise ReplayFailure("the behaviour that was found does not end in a cycle of taus")
 
-    def _after(self, states: Iterable[Process], label: int) -> set[Process]:
-        return {target for state in states for event, target in self.row(state) if event == label}
+    def run(self) -> list[tuple[int, Process]]:
+        """The labels replayed, each with the state after it, of a run to the first of the states at the end."""
+        return self._backwards(next(iter(self.states)), self._labels, self._before)
 
-    def _narrowed(self, states: set[Process], components: Iterable[Process]) -> set[Process]:
+    def loop(self) -> list[tuple[int, Process]]:
+        """The taus that lead from the first of the states at the end back to it, as :meth:`expect_loop` found them."""
+        end = next(iter(self.states))
+        passed = self._loops.get(end, [])
+        return self._backwards(end, [TAU] * len(passed), passed)
+
+    def _backwards(self, end: Process, labels: list[int], passed: list[States]) -> list[tuple[int, Process]]:
+        found: list[tuple[int, Process]] = []
+        for label, before in zip(reversed(labels), reversed(passed), strict=True):
+            found.append((label, end))
+            end = next(state for state in before if (label, end) in self.row(state))
+        return found[::-1]
+
+    def _after(self, states: Iterable[Process], label: int) -> States:
+        return {target: None for state in states for event, target in self.row(state) if event == label}
+
+    def _narrowed(self, states: States, components: Iterable[Process]) -> States:
         wanted = set(components)
         if len(states) <= CROWD or not wanted:
             return states
-        return {state for state in states if wanted <= _parts(state)} or states
+        return {state: None for state in states if wanted <= _parts(state)} or states
 
 
 def _parts(term: Process) -> set[Process]:

@@ -84,6 +84,10 @@ class Semantics:
                 todo.pop()
         return self._apply(state)
 
+    def applied(self, term: Process, rows: list[Row]) -> list[Step]:
+        """What the rule of the operator of *term* gives for operands with these transitions, in no special order."""
+        return _RULES[type(term)](self.heads.of, term, rows)
+
     def _apply(self, term: Process) -> Row:
         known = self._known
         steps = _RULES[type(term)](self.heads.of, term, [known[operand] for operand in active(term)])

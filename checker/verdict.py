@@ -41,6 +41,21 @@ class ComponentBehaviour:
 
 
 @dataclass(frozen=True, slots=True)
+class SpecificationRun:
+    """What the specification of a refinement does while the implementation runs into its violation.
+
+    Attributes:
+        trace: its events in order, taus included as ``tau``; without these, the visible events of the counterexample.
+        causes: aligned with ``trace``: for a hidden event the event it was, else None.
+        states: its states as process expressions: before the first step and after each.
+    """
+
+    trace: tuple[str, ...]
+    causes: tuple[str | None, ...]
+    states: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Counterexample:
     """A behaviour that refutes an assertion.
 
@@ -51,10 +66,15 @@ class Counterexample:
         event: the event that is not allowed (kind ``trace``) or both possible and refusable (``nondeterminism``).
         refusal: what is refused at the end (kinds ``refusal``, ``deadlock``, ``nondeterminism``), or None. For a
             refinement: the events of the specification's acceptances that the state does not offer.
+        offered: for a refinement's refusal, what the state at the end can be relied on to offer.
         allowed: the acceptances that the specification allows there, or the events, or None.
         loop: the cycle of taus (kind ``divergence``) by their causes (``tau`` where there is none).
+        loop_parts: aligned with ``loop``: what the components that take part in each step perform, by name.
         components: the parts of the composition.
         specification_trace: for refinements the visible events of ``trace`` as the specification performs them.
+        specification: for refinements a run of the specification with these events; None where finding one takes too
+            long.
+        event_parts: for kind ``trace`` what the components that take part in ``event`` perform, by name.
         values: named values (kind ``obligation``).
         waiting_cycle: for a deadlock, names of components each of which waits for the next, the last for the first;
             None where there is no such cycle.
@@ -71,6 +91,10 @@ class Counterexample:
     loop: tuple[str, ...] | None = None
     components: tuple[ComponentBehaviour, ...] = ()
     specification_trace: tuple[str, ...] | None = None
+    specification: SpecificationRun | None = None
+    event_parts: tuple[tuple[str, str], ...] = ()
+    offered: tuple[str, ...] | None = None
+    loop_parts: tuple[tuple[tuple[str, str], ...], ...] = ()
     values: dict[str, str] | None = None
     waiting_cycle: tuple[str, ...] | None = None
     alternative: tuple[str, ...] | None = None

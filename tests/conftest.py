@@ -6,8 +6,8 @@ import os
 
 from hypothesis import HealthCheck, settings
 
-# Scripts in the corpus are material for the tests of the language; many of them are wrong on purpose.
-collect_ignore_glob = ["corpus/*"]
+# These scripts are material for the tests; many of them are wrong on purpose.
+collect_ignore_glob = ["corpus/*", "cspcheck/failing/*"]
 
 # A loaded machine is no reason for a test to fail.
 # CSPCHECK_EXAMPLES raises the number of examples of every property that does not set its own.

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterator, Sequence
+from itertools import zip_longest
 from typing import Literal
 
 from checker.verdict import ComponentBehaviour, Counterexample
 from cspcheck.quantities import count
-from cspcheck.report.sentences import circle_sentence, possible, sentence
+from cspcheck.report.sentences import are_few, circle_sentence, is_short, sentence, stopped_sentence
+from cspcheck.report.steps import folded, names, step_lines, step_text
 from cspcheck.report.style import Style, columns, harmless, pad
 from cspcheck.result import Result
 
-LONG_TRACE = 40
-"""Traces above this length are folded."""
-_HEAD, _TAIL = 12, 20
 _ACCEPTANCES = 8
 _EVENTS = 12
-_LOWEST_STATE = 16
+_NARROWEST = 12
+ENDED = "(has ended)"
+"""The state of a component that is not there any more at the end."""
 
 
 Detail = Literal["sentence", "folded", "whole"]
@@ -55,86 +56,29 @@ class _Explanation:
         self.width = style.width - 2
 
     def blocks(self) -> Iterator[list[str]]:
-        yield self._trace()
+        yield step_lines(self.result, self.counterexample, self.style, self.everything, self.hint)
         yield self._loop()
         yield self._refusal()
         yield self._values()
-        if self.counterexample.waiting_cycle:
-            yield _wrap(circle_sentence(self.counterexample.waiting_cycle) + ".", self.width)
+        yield self._waiting()
         yield self._components()
-
-    def _trace(self) -> list[str]:
-        """A numbered row for each step: the event, the cause of a tau, and who takes part."""
-        counterexample = self.counterexample
-        steps = [
-            _step(event, cause)
-            for event, cause in zip(
-                counterexample.trace, counterexample.causes or (None,) * len(counterexample.trace), strict=True
-            )
-        ]
-        steps = list(map(harmless, steps))
-        actors = [harmless(self._actors(i)) for i in range(len(steps))]
-        marks = ["plain"] * len(steps)
-        if counterexample.event is not None and counterexample.kind in ("trace", "refusal", "nondeterminism"):
-            steps.append(harmless(counterexample.event))
-            actors.append("")
-            marks.append("wrong")
-        if not steps:
-            return []
-        number_width = len(str(len(steps)))
-        event_width = min(max(map(columns, steps)), max(self.width // 2, 20))
-        rows = []
-        for i, (step, who, mark) in enumerate(zip(steps, actors, marks, strict=True)):
-            text = self.style.paint(f"{i + 1:>{number_width}}", "dim") + "  "
-            if mark == "wrong":
-                text += self.style.paint(step, "bold", "red")
-                text += " " * max(event_width - columns(step), 0) + f"  {self._what_is_wrong()}"
-            else:
-                room = self.width - number_width - 2 - event_width - 4
-                if not self.everything:
-                    step, who = self.style.fit(step, event_width), self.style.fit(who, room)
-                text += pad(step, event_width) + "  " + self.style.paint(who, "dim")
-            rows.append("  " + text.rstrip())
-        return self._folded(rows)
-
-    def _what_is_wrong(self) -> str:
-        arrow = "←" if self.style.unicode else "<-"
-        match self.counterexample.kind:
-            case "trace" if self.result.specification is not None:
-                return f"{arrow} not allowed here"
-            case "nondeterminism":
-                return f"{arrow} refused here, and possible"
-            case _:
-                return f"{arrow} can be refused here" if possible(self.counterexample) else f"{arrow} not possible here"
-
-    def _folded(self, rows: list[str]) -> list[str]:
-        if self.everything or len(rows) <= LONG_TRACE:
-            return rows
-        missing = len(rows) - _HEAD - _TAIL
-        note = self.style.paint(f"{self.style.ellipsis} {count(missing, 'step')} not shown{self.hint}", "dim")
-        return [*rows[:_HEAD], f"  {note}", *rows[-_TAIL:]]
-
-    def _actors(self, position: int) -> str:
-        """Who of several components takes part in a step, with their own name of the event where it is another."""
-        counterexample = self.counterexample
-        if len(counterexample.components) == 1:
-            return ""
-        shown = {counterexample.trace[position]}
-        if counterexample.causes and (cause := counterexample.causes[position]) is not None:
-            shown.add(cause)
-        names = []
-        for component in counterexample.components:
-            own = component.trace[position]
-            if own is not None:
-                names.append(component.name if own in shown else f"{component.name} ({own})")
-        return ", ".join(names)
 
     def _loop(self) -> list[str]:
         if self.counterexample.loop is None:
             return []
-        steps = [_step("tau", None if cause == "tau" else cause) for cause in self.counterexample.loop]
-        head = "then for ever:" if self.counterexample.trace else "for ever:"
-        return [head, *self._folded([f"     {harmless(step)}" for step in steps])]
+        counterexample = self.counterexample
+        steps = [step_text("tau", None if cause == "tau" else cause) for cause in counterexample.loop or ()]
+        actors = [
+            names(counterexample, parts, {"tau", cause})
+            for cause, parts in zip(counterexample.loop or (), counterexample.loop_parts, strict=False)
+        ]
+        width = max(map(columns, steps))
+        lines = []
+        for step, who in zip_longest(map(harmless, steps), map(harmless, actors), fillvalue=""):
+            text = f"{pad(step, width)}  {self.style.paint(who, 'dim')}" if who else step
+            lines.append(f"     {text if self.everything else self.style.fit(text, self.width - 5)}")
+        head = "then for ever:" if counterexample.trace else "for ever:"
+        return [head, *folded(lines, self.style, self.everything, self.hint)]
 
     def _refusal(self) -> list[str]:
         """What is refused there and what the specification accepts."""
@@ -142,23 +86,27 @@ class _Explanation:
         lines = []
         if counterexample.kind == "nondeterminism":
             other = counterexample.alternative
-            if other is not None and other != (*counterexample.trace, counterexample.event):
+            if other is not None:
                 lines += _wrap(f"Another run performs it: <{', '.join(other)}>.", self.width)
         elif counterexample.kind == "refusal" and self.result.specification is not None:
-            if counterexample.refusal is not None:
+            if counterexample.refusal is not None and not is_short(counterexample.refusal):
                 lines += _wrap(f"The implementation refuses there {self._set(counterexample.refusal)}.", self.width)
-            if counterexample.allowed is not None:
-                lines.append("The specification accepts there at least one of these sets in full:")
+            if counterexample.offered is not None and not is_short(counterexample.offered):
+                lines += _wrap(f"It offers there only {self._set(counterexample.offered)}.", self.width)
+            if counterexample.allowed is not None and not are_few(counterexample.allowed):
                 lines += self._acceptances(counterexample.allowed)
         elif counterexample.kind in ("trace", "refusal") and counterexample.allowed is not None:
             events = tuple(dict.fromkeys(event for acceptance in counterexample.allowed for event in acceptance))
-            who = "The specification allows" if self.result.specification is not None else "Possible are"
-            lines += _wrap(f"{who} there {self._set(events) if events else 'no event at all'}.", self.width)
+            who = "The specification allows there" if self.result.specification is not None else "Possible there:"
+            lines += _wrap(f"{who} {self._set(events) if events else 'no event at all'}.", self.width)
         return lines
 
     def _acceptances(self, acceptances: Sequence[Sequence[str]]) -> list[str]:
+        if len(acceptances) == 1:
+            return _wrap(f"The specification offers there {self._set(acceptances[0])}.", self.width)
         shown = acceptances if self.everything else acceptances[:_ACCEPTANCES]
-        lines = [line for acceptance in shown for line in _wrap(self._set(acceptance), self.width, "  ", "   ")]
+        lines = ["The specification offers there all of at least one of these sets:"]
+        lines += [line for acceptance in shown for line in _wrap(self._set(acceptance), self.width, "  ", "   ")]
         if len(acceptances) > len(shown):
             lines.append(f"  {self.style.ellipsis} {count(len(acceptances) - len(shown), 'set')} not shown{self.hint}")
         return lines
@@ -168,6 +116,17 @@ class _Explanation:
         if len(shown) < len(events):
             shown.append(f"{self.style.ellipsis} {len(events) - len(shown)} more")
         return "{" + ", ".join(shown) + "}"
+
+    def _waiting(self) -> list[str]:
+        """For a deadlock the circle of waiting, or who it is that others wait for in vain."""
+        counterexample = self.counterexample
+        if counterexample.waiting_cycle:
+            return _wrap(circle_sentence(counterexample.waiting_cycle) + ".", self.width)
+        present = [part for part in counterexample.components if part.state]
+        stuck = [part.name for part in present if not part.offers]
+        if counterexample.kind != "deadlock" or not stuck or len(present) == 1:
+            return []
+        return _wrap(stopped_sentence(stuck) + ".", self.width)
 
     def _values(self) -> list[str]:
         values = self.counterexample.values
@@ -184,16 +143,23 @@ class _Explanation:
         if self.everything:
             return [line for component in components for line in self._stacked(component)]
         rows = [
-            (c.name, str(c.line or ""), c.state, ", ".join(c.offers) or "nothing", ", ".join(c.waiting_for))
+            (
+                c.name,
+                str(c.line or ""),
+                c.state or ENDED,
+                ", ".join(c.offers) or ("nothing" if c.state else ""),
+                ", ".join(c.waiting_for),
+            )
             for c in components
         ]
         heads = ("component", "line", "state at the end", "offers", "waits for")
         kept = [i for i in range(5) if i in (0, 2, 3) or any(row[i] for row in rows)]
         widths = {i: max(columns(harmless(row[i])) for row in (heads, *rows)) for i in kept}
         room = self.width - 2 - 2 * (len(kept) - 1)
-        for i, least in ((2, _LOWEST_STATE), (3, 14), (4, 14), (0, 12)):
-            if i in widths and (excess := sum(widths.values()) - room) > 0:
-                widths[i] = max(min(least, widths[i]), widths[i] - excess)
+        # The widest columns give way first, and the names last.
+        while sum(widths.values()) > room:
+            able = [i for i in (2, 3, 4) if widths.get(i, 0) > (_NARROWEST if i > 2 else len(heads[2]))]
+            widths[max(able, key=widths.__getitem__) if able else 0] -= 1
         lines = ["  " + self.style.paint("  ".join(pad(heads[i], widths[i]) for i in kept).rstrip(), "dim")]
         for row in rows:
             cells = [pad(self.style.fit(harmless(row[i]), widths[i]), widths[i]) for i in kept]
@@ -206,17 +172,14 @@ class _Explanation:
         own = [event for event in component.trace if event is not None]
         parts = [
             ("trace", f"<{', '.join(own)}>"),
-            ("state", component.state),
-            ("offers", ", ".join(component.offers) or "nothing"),
+            ("state", component.state or ENDED),
         ]
+        if component.state:
+            parts.append(("offers", ", ".join(component.offers) or "nothing"))
         if component.waiting_for:
             parts.append(("waits for", ", ".join(component.waiting_for)))
         for head, text in parts:
             yield from _wrap(harmless(text), self.width, f"    {head:<11}", " " * 15)
-
-
-def _step(event: str, cause: str | None) -> str:
-    return event if cause is None or cause == event else f"{event} ({cause})"
 
 
 def _sentence_case(text: str) -> str:

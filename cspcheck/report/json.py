@@ -114,6 +114,16 @@ def counterexample_object(counterexample: Counterexample) -> dict[str, Any]:
             for component in counterexample.components
         ],
         "values": counterexample.values,
+        "causes": list(counterexample.causes or (None,) * len(counterexample.trace)),
+        "offered": None if counterexample.offered is None else list(counterexample.offered),
+        "waiting_cycle": None if counterexample.waiting_cycle is None else list(counterexample.waiting_cycle),
+        "specification": None
+        if counterexample.specification is None
+        else {
+            "trace": list(counterexample.specification.trace),
+            "causes": list(counterexample.specification.causes),
+            "states": list(counterexample.specification.states),
+        },
     }
 
 

@@ -33,7 +33,7 @@ def _why(result: Result) -> str:
     if counterexample is not None:
         return _misbehaviour(result, counterexample)
     if result.verdict is Verdict.FAIL:
-        return "what stands behind `not` holds" if result.negated else result.reason or "it is false"
+        return _denied(result) if result.negated else result.reason or "the condition is false"
     return ""
 
 
@@ -57,9 +57,64 @@ def _misbehaviour(result: Result, counterexample: Counterexample) -> str:
         case "trace":
             return f"{process} performs {event} {after}, and {specification} does not allow it"
         case "refusal":
-            return f"{process} refuses {after} what {specification} must accept"
+            return _refusal(counterexample, process, specification, after)
         case "obligation":
             return f"{process} does not meet its obligation" if result.process else "the obligation does not hold"
+
+
+def _denied(result: Result) -> str:
+    """What holds although the assertion says that it does not."""
+    process = _called(result.process, "the process")
+    match result.kind:
+        case "refinement":
+            specification = _called(result.specification, "the specification")
+            holds = f"{_called(result.process, 'the implementation')} refines {specification}"
+        case "has trace":
+            holds = f"{process} has the trace"
+        case "boolean":
+            holds = "the condition is true"
+        case _:
+            holds = f"{process} is {result.kind}"
+    return f"{holds}, and `not` denies it"
+
+
+def _refusal(counterexample: Counterexample, process: str, specification: str, after: str) -> str:
+    """``P refuses {c} after 2 events: it offers only {b}, and Q must offer {b, c}``."""
+    refused, offered, allowed = counterexample.refusal, counterexample.offered, counterexample.allowed
+    what = (
+        f" {some(refused)}" if refused and is_short(refused) else f" {count(len(refused), 'event')}" if refused else ""
+    )
+    words = f"{process} refuses{what} {after}"
+    parts = []
+    if offered is not None and is_short(offered):
+        parts.append(f"it offers only {some(offered)}" if offered else "it offers nothing")
+    if allowed is not None and are_few(allowed):
+        parts.append(f"{specification} must offer {' or all of '.join(map(some, allowed))}")
+    elif allowed is not None:
+        parts.append(
+            f"{specification} must offer all of one of {len(allowed):,} sets"
+            if len(allowed) > 1
+            else f"{specification} must offer {count(len(allowed[0]), 'event')}"
+        )
+    return words + (f": {', and '.join(parts)}" if parts else "")
+
+
+_SHORT = 4
+
+
+def is_short(events: Sequence[str]) -> bool:
+    """Whether a set of events can be named in a sentence."""
+    return len(events) <= _SHORT
+
+
+def are_few(acceptances: Sequence[Sequence[str]]) -> bool:
+    """Whether sets of events can be named in a sentence."""
+    return len(acceptances) <= 2 and all(map(is_short, acceptances))
+
+
+def some(events: Sequence[str]) -> str:
+    """A set of events."""
+    return "{" + ", ".join(events) + "}"
 
 
 def _called(text: str | None, otherwise: str) -> str:
@@ -89,3 +144,12 @@ def circle_sentence(circle: Sequence[str]) -> str:
         return f"{circle[0]} waits for itself"
     steps = [f"{name} waits for {other}" for name, other in zip(circle, [*circle[1:], circle[0]], strict=True)]
     return ", ".join(steps[:-1]) + f", and {steps[-1]}"
+
+
+def stopped_sentence(names: Sequence[str]) -> str:
+    """``A and B do nothing any more``, for a deadlock without a circle of waiting."""
+    if len(names) == 1:
+        return f"Nobody waits in a circle; {names[0]} offers nothing any more"
+    if len(names) > _SHORT:
+        return f"Nobody waits in a circle; {len(names):,} components offer nothing any more"
+    return f"Nobody waits in a circle; {', '.join(names[:-1])} and {names[-1]} offer nothing any more"

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import given, settings
 
 from checker.blocking import blocked, shortest_cycle
 from checker.composition import compile_network
-from cspm.process import STOP, LinkedParallel, Process, Rename
-from tests.checker.terms import reference
-from tests.checker.textbook import a, b, c, choose, d, events, forever, hidden, interleave, meet, share, then
+from checker.running import Runner
+from checker.waiting import waiting
+from cspm.process import SKIP, STOP, LinkedParallel, Process, Rename
+from tests.checker.terms import compositions, reference
+from tests.checker.textbook import a, b, c, choose, d, events, forever, hidden, interleave, meet, sequence, share, then
 
 ab = events(a, b)
 
@@ -23,6 +26,13 @@ def waits(process: Process) -> dict[str, list[str]]:
     name = [slot.name for slot in network.slots]
     found = blocked(process, network, network.initial_format, dict(network.initial))
     return {name[slot]: [name[other] for other in sorted(others)] for slot, others in found.items()}
+
+
+def waits_as_terms(process: Process) -> dict[str, list[str]]:
+    """The same, without a network."""
+    runner = Runner()
+    found = waiting(runner.semantics, runner.start(process))
+    return {component.name: [other.name for other in others] for component, others in found.items()}
 
 
 P, Q, R = named("P", a), named("Q", b), named("R", c)
@@ -65,12 +75,46 @@ P, Q, R = named("P", a), named("Q", b), named("R", c)
 )
 def test_waits(process: Process, expected: dict[str, list[str]]) -> None:
     assert waits(process) == expected
+    assert waits_as_terms(process) == expected
 
 
 def test_what_one_event_lacks_is_no_matter_where_another_can_happen() -> None:
     """Q offers a, which P is not ready for; that Q can do b instead does not make a possible."""
     two = reference("Q", lambda: choose(then(a, STOP), then(b, STOP)))
-    assert waits(share(events(a), named("P", c, a), two)) == {"Q": ["P"]}
+    process = share(events(a), named("P", c, a), two)
+    assert waits(process) == waits_as_terms(process) == {"Q": ["P"]}
+
+
+def test_of_components_behind_a_sequence_the_terms_tell_more_than_the_network() -> None:
+    process = sequence(share(ab, P, named("Q", b, a)), R)
+    assert waits(process) == {}
+    assert waits_as_terms(process) == {"P": ["Q"], "Q": ["P"]}
+
+
+def test_who_has_ended_waits_for_the_others_to_end() -> None:
+    done, busy = reference("Done", lambda: SKIP), share(events(a), named("P", a), named("Q", b))
+    assert waits_as_terms(interleave(done, busy)) == {"Done": ["P", "Q"], "P": ["Q"]}
+
+
+@settings(deadline=None)
+@given(compositions(size=5, components=3))
+def test_the_terms_tell_who_waits_as_the_network_does(process: Process) -> None:
+    network = compile_network(process)
+    if network.formats > 1 or len(network.slots) == 1:
+        return
+    runner = Runner()
+    running = runner.start(process)
+    components = [component for component, _ in running.components()]
+    if len(components) != len(network.slots):
+        return  # an operand with parts of its own, which the network leaves whole
+    ruled = {move for rule in network.rules for move in rule.moves}
+    if any(label and (i, label) not in ruled for i, slot in enumerate(network.slots) for label in slot.lts.alphabet()):
+        return  # whom to blame for what can never happen is a matter of taste
+    found = waiting(runner.semantics, running)
+    numbers = {component: i for i, component in enumerate(components)}
+    in_terms = {numbers[c]: {numbers[other] for other in others} for c, others in found.items()}
+    by_rules = blocked(process, network, network.initial_format, dict(network.initial))
+    assert in_terms == by_rules
 
 
 def test_nothing_is_made_up_for_a_process_that_was_not_taken_apart() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from checker.verdict import ComponentBehaviour, Counterexample, Outcome, Verdict
+from checker.verdict import ComponentBehaviour, Counterexample, Outcome, SpecificationRun, Verdict
 from cspcheck.result import Result, Summary
 from cspm.diagnostics import Diagnostic, Label, Severity
 from cspm.source import Source, Span
@@ -87,15 +87,31 @@ TRACE = Counterexample(
     event="out.1",
     allowed=(("out.0", "in.1"),),
     specification_trace=("in.0",),
+    specification=SpecificationRun(("tau", "in.0"), (None, None), ("SPEC", "Copy", "out.0 -> Copy [] in.1 -> STOP")),
+    components=(
+        ComponentBehaviour("Left", ("in.0", "mid.0", None), "STOP", 3, (), ()),
+        ComponentBehaviour("Right", (None, "mid.0", "tau"), "out.1 -> Right", 4, ("out.1",), ()),
+    ),
+    event_parts=(("Right", "out.1"),),
 )
 REFUSAL = Counterexample(
     kind="refusal",
     trace=("in.0",),
     refusal=("out.0",),
+    offered=("out.1",),
     allowed=(("out.0",), ("in.1", "in.0")),
     specification_trace=("in.0",),
 )
-DIVERGENCE = Counterexample(kind="divergence", trace=("in.0",), loop=("mid.0", "tau"))
+DIVERGENCE = Counterexample(
+    kind="divergence",
+    trace=("in.0",),
+    loop=("mid.0", "tau"),
+    components=(
+        ComponentBehaviour("Left", ("in.0",), "mid.0 -> Left", 3, ("mid.0",), ()),
+        ComponentBehaviour("Right", (None,), "mid.0 -> Right", 4, ("mid.0",), ()),
+    ),
+    loop_parts=((("Left", "mid.0"), ("Right", "mid.0")), (("Right", "tau"),)),
+)
 NONDETERMINISM = Counterexample(
     kind="nondeterminism", trace=("c.0", "tau"), event="a", refusal=("a",), alternative=("c.0", "a")
 )

@@ -59,7 +59,8 @@ class TestJson:
             if result["counterexample"] is None:
                 continue
             assert list(result["counterexample"]) == [
-                "kind", "trace", "event", "refusal", "allowed", "loop", "components", "values"
+                "kind", "trace", "event", "refusal", "allowed", "loop", "components", "values",
+                "causes", "offered", "waiting_cycle", "specification",
             ]  # fmt: skip
             for component in result["counterexample"]["components"]:
                 assert list(component) == ["name", "trace", "state", "line", "offers", "waiting_for"]

@@ -1,0 +1,129 @@
+"""Small compositions that are one machine to the engine are told part by part all the same."""
+
+from __future__ import annotations
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from checker.specification_run import specification_run
+from checker.verdict import Counterexample
+from cspm.events import TICK
+from cspm.process import SKIP, STOP, Process
+from tests.checker.terms import compositions, layered, processes, reference
+from tests.checker.textbook import (
+    EVENTS,
+    a,
+    b,
+    c,
+    checker,
+    choose,
+    d,
+    events,
+    forever,
+    hidden,
+    identifiers,
+    perhaps,
+    sequence,
+    share,
+    then,
+)
+
+terms = st.one_of(processes(size=8), compositions(size=5, components=3), layered())
+
+
+def counterexample(process: Process, kind: str = "deadlock free", model: str | None = None) -> Counterexample:
+    found = checker().check_property(process, kind, model).counterexample
+    assert found is not None
+    return found
+
+
+def named(name: str, *steps: object) -> Process:
+    return reference(name, lambda: then(*steps))
+
+
+class TestParts:
+    def test_components_behind_a_sequence_are_told(self) -> None:
+        first = share(events(a), named("A", a, SKIP), named("B", a, b, SKIP))
+        second = share(events(c, d), named("C", c, d, STOP), named("D", d, c, STOP))
+        found = counterexample(sequence(first, second))
+        assert found.trace == ("a", "b", "tau")
+        assert [(part.name, part.trace, part.state) for part in found.components] == [
+            ("A", ("a", None, "tick"), ""),
+            ("B", ("a", "b", "tick"), ""),
+            ("C", (None, None, None), "c -> d -> STOP"),
+            ("D", (None, None, None), "d -> c -> STOP"),
+        ]
+        assert [part.waiting_for for part in found.components] == [(), (), ("D",), ("C",)]
+        assert found.waiting_cycle == ("C", "D")
+
+    def test_what_is_hidden_inside_a_component_is_told(self) -> None:
+        found = counterexample(then(a, hidden(then(b, c, STOP), b)))
+        assert (found.trace, found.causes) == (("a", "tau", "c"), (None, "b", None))
+
+    def test_the_loop_of_a_divergence_tells_who_takes_part(self) -> None:
+        pair = share(events(b, c), forever(b, c, name="Ping"), forever(b, c, name="Pong"))
+        found = counterexample(hidden(then(a, pair), b, c), "divergence free")
+        assert found.loop == ("b", "c")
+        assert found.loop_parts == ((("Ping", "b"), ("Pong", "b")), (("Ping", "c"), ("Pong", "c")))
+
+    def test_equal_components_have_numbers(self) -> None:
+        user = forever(a, b, name="User")
+        found = counterexample(share(events(a, b), user, forever(b, a, name="Other"), user))
+        assert [part.name for part in found.components] == ["User #1", "Other", "User #2"]
+        assert found.components[1].waiting_for == ("User #1", "User #2")
+
+    @settings(deadline=None)
+    @given(terms)
+    def test_what_is_told_fits_together(self, process: Process) -> None:
+        found = checker().check_property(process, "deadlock free").counterexample
+        if found is None:
+            return
+        assert len({part.name for part in found.components}) == len(found.components)
+        for part in found.components:
+            assert len(part.trace) == len(found.trace)
+        for step, cause in zip(found.trace, found.causes, strict=True):
+            assert cause is None or step == "tau"
+        # Where one component alone takes part and nothing is hidden, the whole does what it does.
+        for i, step in enumerate(found.trace):
+            assert any(part.trace[i] is not None for part in found.components)
+            assert step == "tau" or all(part.trace[i] != "tau" for part in found.components)
+
+
+class TestForbiddenEvents:
+    def test_who_performs_them_is_told(self) -> None:
+        implementation = share(events(b), forever(a, b, name="Left"), forever(b, c, name="Right"))
+        found = checker().check_refinement(then(a, STOP), "T", implementation).counterexample
+        assert found is not None
+        assert (found.event, found.event_parts) == ("b", (("Left", "b"), ("Right", "b")))
+
+
+class TestSpecification:
+    def test_its_own_taus_are_part_of_its_run(self) -> None:
+        specification = perhaps(then(a, hidden(then(c, b, STOP), c)), then(b, STOP))
+        run = specification_run(specification, (a, b), EVENTS)
+        assert run is not None
+        assert run.trace == ("tau", "a", "tau", "b")
+        assert run.causes == (None, None, "c", None)
+        assert run.states[-1] == "STOP \\ {c}"
+
+    def test_it_ends_in_a_stable_state_if_it_can(self) -> None:
+        run = specification_run(then(a, perhaps(STOP, then(b, STOP))), (a,), EVENTS)
+        assert run is not None
+        assert (run.trace, run.states[-1]) == (("a", "tau"), "STOP")
+
+    def test_it_is_named_where_it_has_a_name(self) -> None:
+        run = specification_run(forever(a, b, name="Alternate"), (a, b), EVENTS)
+        assert run is not None
+        assert run.states == ("Alternate", "b -> Alternate", "Alternate")
+
+    def test_a_trace_that_it_lacks_has_no_run(self) -> None:
+        assert specification_run(choose(then(a, STOP), then(b, STOP)), (a, b), EVENTS) is None
+
+    @settings(deadline=None)
+    @given(terms, terms)
+    def test_it_has_the_visible_events_of_the_counterexample(self, specification: Process, process: Process) -> None:
+        found = checker().check_refinement(specification, "T", process).counterexample
+        if found is None or found.specification is None:
+            return
+        assert identifiers(found.specification.trace) == identifiers(found.trace)
+        assert all(event != TICK for event in identifiers(found.specification.trace)[:-1])
