@@ -1,0 +1,343 @@
+"""The values of core terms: each term becomes a Python closure over a frame of variables.
+
+>>> evaluator = Evaluator(specification)
+>>> evaluator.value(term, {("n", "before"): 3})          # one value
+>>> evaluator.holds(predicate, {("n", "before"): 3})     # one truth value
+>>> evaluator.enumerate(carrier)                         # all values of a set, by the finite readings if it is wide
+>>> evaluator.contains(carrier, value)                   # whether the set, not its reading, has a value
+
+Whoever evaluates often makes a :class:`Scope`, compiles once (:meth:`Evaluator.code`, :meth:`Evaluator.predicate`)
+and fills frames. Logic is that of Kleene: a predicate that has a truth value whatever an undefined part of it might
+be has that truth value, whichever way round it is written; otherwise :class:`~cspm.oz.carriers.Undefined` is raised,
+and never is a wrong value given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from fractions import Fraction
+from typing import Any, TypeAlias
+
+from cspm.failure import Failure
+from cspm.messages import oz_meaning as messages
+from cspm.oz import core
+from cspm.oz.carriers import Carrier, Frame, TooLarge, Unbounded, Undefined
+from cspm.oz.core import Apply, Comprehension, Constant, Construct, Field, If, Quantifier, Record, Term, Variable
+from cspm.oz.readings import Readings
+from cspm.oz.terms import Name, free_variables, show_term
+from cspm.oz.values import Construction, Graph, show
+
+Code: TypeAlias = Callable[[Frame], Any]
+Test: TypeAlias = Callable[[Frame], bool]
+
+
+class Scope:
+    """The variables that some terms share, each with its slot in a frame."""
+
+    def __init__(self, names: Iterable[Name] = ()) -> None:
+        self.slots: dict[Name, int] = {}
+        for name in names:
+            self.slot(*name)
+
+    def slot(self, name: str, role: core.Role) -> int:
+        """The slot of a variable, which is new if it has none yet."""
+        return self.slots.setdefault((name, role), len(self.slots))
+
+    def frame(self, values: Mapping[Name, Any] | None = None) -> Frame:
+        """A frame with room for all variables compiled so far, and *values* in it."""
+        frame: Frame = [None] * len(self.slots)
+        for name, value in (values or {}).items():
+            frame[self.slots[name]] = value
+        return frame
+
+
+class Evaluator:
+    """Evaluates the terms of one specification, or of one of its classes.
+
+    Args:
+        specification: what types and readings the terms have.
+        model: a class whose constants are in scope as well.
+        constants: values of constants that are not to be found by solving the axioms.
+
+    Attributes:
+        used: the finite readings that were needed so far, in that order, as the script writes them.
+    """
+
+    def __init__(
+        self,
+        specification: core.Specification,
+        model: core.ClassModel | None = None,
+        constants: Mapping[str, Any] | None = None,
+    ) -> None:
+        self.specification = specification
+        self.model = model
+        self.readings = Readings(specification, self)
+        self.used: dict[str, None] = {}
+        self._constants: dict[str, Any] | None = None
+        self._given = dict(constants or {})
+        self._solving = False
+        self._closed: dict[int, tuple[Term, Code]] = {}
+
+    # --- one term, once ------------------------------------------------------------------------------------------
+
+    def value(self, term: Term, assignment: Mapping[Name, Any] | None = None) -> Any:
+        """The value of a term.
+
+        Raises:
+            Undefined: it has none.
+            Unbounded: an infinite set would have to be gone through for it.
+        """
+        scope = Scope(assignment or ())
+        code = self.code(term, scope)
+        return code(scope.frame(assignment))
+
+    def holds(self, predicate: Term, assignment: Mapping[Name, Any] | None = None) -> bool:
+        """Whether a predicate holds. Raises as :meth:`value` does."""
+        return bool(self.value(predicate, assignment))
+
+    def enumerate(self, carrier: Term, assignment: Mapping[Name, Any] | None = None) -> list[Any]:
+        """The elements of a set in order: all of it where it is finite, else as its finite reading says.
+
+        Raises:
+            Unbounded: it is infinite and has no finite reading.
+            TooLarge: it has too many elements.
+        """
+        from cspm.oz.enumeration import enumeration
+
+        scope = Scope(assignment or ())
+        found = enumeration(self, carrier, scope)
+        return list(found.code(scope.frame(assignment)))
+
+    def contains(self, carrier: Term, value: Any, assignment: Mapping[Name, Any] | None = None) -> bool:
+        """Whether a value of the right type is in a set, whatever its finite reading says."""
+        from cspm.oz.enumeration import membership
+
+        scope = Scope(assignment or ())
+        test = membership(self, carrier, scope)
+        return test(scope.frame(assignment), value)
+
+    # --- constants -----------------------------------------------------------------------------------------------
+
+    @property
+    def constants(self) -> Mapping[str, Any]:
+        """The values of the global constants and of those of the class.
+
+        Where the axioms leave a choice, the first values that satisfy them are taken, and that is a reading like
+        any other: ``used`` says so.
+
+        Raises:
+            Failure: no values satisfy the axioms, or there are infinitely many to choose from.
+        """
+        if self._constants is None:
+            declared = (*self.specification.constants, *(self.model.constants if self.model else ()))
+            axioms = (*self.specification.axioms, *(self.model.axioms if self.model else ()))
+            if not declared:
+                self._constants = {}
+            else:
+                self._solving = True
+                try:
+                    self._constants = self._solve(declared, axioms)
+                finally:
+                    self._solving = False
+        return self._constants
+
+    def _solve(self, declared: Sequence[core.Declared], axioms: Sequence[Term]) -> dict[str, Any]:
+        from cspm.oz.solving import Unknown, solver
+
+        scope = Scope((d.name, "constant") for d in declared)
+        unknowns = [Unknown(d.name, "constant", d.carrier, d.span) for d in declared if d.name not in self._given]
+        solve = solver(self, scope, unknowns, axioms)
+        frame = scope.frame({(name, "constant"): value for name, value in self._given.items()})
+        slots = [scope.slot(d.name, "constant") for d in declared]
+        found: list[tuple[Any, ...]] = []
+
+        def take(frame: Frame) -> bool:
+            values = tuple([frame[slot] for slot in slots])
+            if values not in found:
+                found.append(values)
+            return len(found) > 1
+
+        solve.run(frame, take)
+        if not found:
+            raise Failure(messages.no_constants([d.name for d in declared], declared[0].span))
+        if len(found) > 1:
+            for d, first, second in zip(declared, *found, strict=True):
+                if first != second:
+                    self.used[f"{d.name} = {show(first, d.type)} (one of several values)"] = None
+        return {d.name: value for d, value in zip(declared, found[0], strict=True)}
+
+    # --- compiling -----------------------------------------------------------------------------------------------
+
+    def code(self, term: Term, scope: Scope) -> Code:
+        """Code for the value of a term. Its variables are those of *scope*, and constants."""
+        if isinstance(term, Constant):
+            return _constantly(term.value)
+        if isinstance(term, Variable):
+            return self._variable(term, scope)
+        if not self._solving and not any(role != "constant" for _, role in free_variables(term)):
+            return self._once(term)
+        return self._compile(term, scope)
+
+    def predicate(self, term: Term, scope: Scope) -> Test:
+        """Code for the truth of a predicate."""
+        return self.code(term, scope)
+
+    def _once(self, term: Term) -> Code:
+        """Code for a term without variables: evaluated when first needed, then known."""
+        known = self._closed.get(id(term))
+        if known is not None:
+            return known[1]
+        kept: list[Any] = []
+
+        def closed(frame: Frame) -> Any:
+            if not kept:
+                scope = Scope()
+                code = self._compile(term, scope)
+                kept.append(code(scope.frame()))
+            return kept[0]
+
+        self._closed[id(term)] = (term, closed)  # the term is kept so that its id stays its own
+        return closed
+
+    def _variable(self, term: Variable, scope: Scope) -> Code:
+        slot = scope.slots.get((term.name, term.role))
+        if slot is not None:
+            return lambda frame: frame[slot]
+        if term.role != "constant":
+            raise KeyError(f"{show_term(term)} is not in scope")
+        name = term.name
+        return lambda frame: self.constants[name]
+
+    def _compile(self, term: Term, scope: Scope) -> Code:
+        match term:
+            case Construct():
+                return self._construct(term, scope)
+            case Record():
+                return _tuple([self.code(value, scope) for value in term.values])
+            case Field():
+                kind = term.record.type
+                assert isinstance(kind, core.RecordType)
+                position = [name for name, _ in kind.fields].index(term.name)
+                record = self.code(term.record, scope)
+                return lambda frame: record(frame)[position]
+            case If():
+                test, then, otherwise = (self.code(t, scope) for t in (term.test, term.then, term.otherwise))
+                return lambda frame: then(frame) if test(frame) else otherwise(frame)
+            case Quantifier():
+                from cspm.oz.binding import quantifier
+
+                return quantifier(self, term, scope)
+            case Comprehension():
+                from cspm.oz.binding import comprehension
+
+                return comprehension(self, term, scope)
+            case Apply():
+                return self._apply(term, scope)
+        raise TypeError(f"not a core term: {term!r}")
+
+    def rank(self, type_: str, constructor: str) -> int:
+        """The number of a constructor in its free type."""
+        definition = self.specification.frees[type_]
+        return [name for name, _ in definition.branches].index(constructor)
+
+    def _construct(self, term: Construct, scope: Scope) -> Code:
+        assert isinstance(term.type, core.FreeType)
+        rank = self.rank(term.type.name, term.constructor)
+        constructor = term.constructor
+        if term.argument is None:
+            return _constantly(Construction(rank, constructor))
+        argument = self.code(term.argument, scope)
+        return lambda frame: Construction(rank, constructor, argument(frame))
+
+    def _apply(self, term: Apply, scope: Scope) -> Code:
+        from cspm.oz.enumeration import CARRIERS, carrier_value, membership
+        from cspm.oz.evaluation_operators import OPERATIONS
+
+        operator, operands = term.operator, term.operands
+        match operator:
+            case "and" | "or":
+                return _all_or_any([self.code(o, scope) for o in operands], operator == "or")
+            case "implies":
+                first, second = (self.code(o, scope) for o in operands)
+                return _all_or_any([lambda frame: not first(frame), second], True)
+            case "in":
+                value, test = self.code(operands[0], scope), membership(self, operands[1], scope)
+                return lambda frame: test(frame, value(frame))
+            case "item":
+                assert isinstance(operands[1], Constant)
+                items, position = self.code(operands[0], scope), int(operands[1].value)
+                return lambda frame: items(frame)[position]
+            case "init":
+                return self._record_init(term, scope)
+            case "apply" if isinstance(operands[0], Comprehension):
+                from cspm.oz.binding import applied
+
+                return applied(self, operands[0], operands[1], scope)
+        if operator in CARRIERS:
+            return carrier_value(self, term, scope)
+        return OPERATIONS[operator](term, [self.code(o, scope) for o in operands])
+
+    def _record_init(self, term: Apply, scope: Scope) -> Code:
+        kind = term.operands[0].type
+        assert isinstance(kind, core.RecordType)
+        test = self.record_test(kind.name, initial=True)
+        record = self.code(term.operands[0], scope)
+        return lambda frame: test(record(frame))
+
+    def record_test(self, name: str, *, initial: bool = False) -> Callable[[tuple[Any, ...]], bool]:
+        """Whether the fields' values satisfy the predicate of a schema, or with *initial* its INIT."""
+        definition = self.specification.records[name]
+        predicates = (definition.initial or ()) if initial else definition.predicates
+        fields = Scope((f.name, "bound") for f in definition.fields)
+        tests = _all_or_any([self.code(p, fields) for p in predicates], False)
+
+        def test(values: tuple[Any, ...]) -> bool:
+            frame = fields.frame()
+            frame[: len(values)] = values
+            return bool(tests(frame))
+
+        return test
+
+
+def _constantly(value: Any) -> Code:
+    return lambda frame: value
+
+
+def _tuple(items: Sequence[Code]) -> Code:
+    if len(items) == 2:
+        a, b = items
+        return lambda frame: (a(frame), b(frame))
+    return lambda frame: tuple([item(frame) for item in items])
+
+
+def _all_or_any(tests: Sequence[Test], deciding: bool) -> Test:
+    """Whether any test (deciding: True) or none but true ones (deciding: False), in the logic of Kleene."""
+
+    def decide(frame: Frame) -> bool:
+        try:
+            for test in tests:
+                if test(frame) is deciding:
+                    return deciding
+        except Undefined:
+            for other in tests:
+                try:
+                    if other(frame) is deciding:
+                        return deciding
+                except Undefined:
+                    continue
+            raise
+        return not deciding
+
+    return decide
+
+
+def as_carrier(term: Term, value: Any) -> Carrier:
+    """A set value with the operations of a carrier."""
+    if isinstance(value, Carrier):
+        return value
+    from cspm.oz.values import in_order
+
+    return Carrier(term, value.__contains__, lambda: in_order(value), True)
+
+
+__all__ = ["Code", "Evaluator", "Fraction", "Graph", "Scope", "Test", "TooLarge", "Unbounded", "Undefined"]
