@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from checker.behaviour import Behaviour
+from checker.budget import Incomplete
 from checker.context import Context, in_chunks
 from checker.lts import Int64Array
 from checker.normal_form import BoolArray, NormalForm, Semantics
@@ -15,6 +17,9 @@ from checker.paths import Step, shortest_path
 from checker.search import Exploration
 from cspm.events import TAU, TICK, EventTable
 from cspm.process import Process
+
+EXPLAINED_STATES = 200_000
+"""So many states are looked at to explain a failure without compressions."""
 
 
 def chain(trace: Sequence[int], model: Semantics, *, beyond: bool) -> NormalForm:
@@ -49,12 +54,19 @@ class Along:
     """
 
     def __init__(
-        self, context: Context, process: Process, trace: Sequence[int], model: Semantics, *, beyond: bool
+        self,
+        context: Context,
+        process: Process,
+        trace: Sequence[int],
+        model: Semantics,
+        *,
+        beyond: bool,
+        original: bool = False,
     ) -> None:
         self.process = process
         self.events: EventTable = context.events
         self.pairs: PairExploration = context.machines.pairs(
-            chain(trace, model, beyond=beyond), process, model, context.budget, full=True
+            chain(trace, model, beyond=beyond), process, model, context.budget, full=True, original=original
         )
 
     def offers(self, length: int) -> Offers:
@@ -68,6 +80,20 @@ class Along:
     def behaviour(self, goals: Int64Array) -> Behaviour:
         """The canonical run to one of the given pairs, to be explained."""
         return Behaviour(self.process, self.pairs.packed, self.path(goals), self.events)
+
+
+def along_original(context: Context, process: Process, trace: Sequence[int], model: Semantics) -> Along | None:
+    """The states after *trace* of a process whose compressed components have all their states.
+
+    A failure that was found with compressed components is explained by what the components do that the script has.
+    None where so many states would have to be looked at that this is not worth while.
+    """
+    try:
+        narrow = replace(context, budget=context.budget.narrowed(EXPLAINED_STATES))
+        along = Along(narrow, process, trace, model, beyond=True, original=True)
+    except Incomplete:
+        return None
+    return along if along.pairs.complete else None
 
 
 class Offers:
@@ -89,6 +115,15 @@ class Offers:
         self._ticking = self.performers(TICK)
         self.settled = self._ticking | ~self.performers(TAU)
         self.possible: tuple[int, ...] = tuple(np.unique(self._events[self._events != TAU]).tolist())
+
+    def acceptance(self, state: int) -> frozenset[int] | None:
+        """What the state with this place among ``indices`` can be relied on to perform; None if for nothing."""
+        if not self.settled[state]:
+            return None
+        if self._ticking[state]:
+            return frozenset({TICK})
+        first, last = np.searchsorted(self._sources, [state, state + 1])
+        return frozenset(self._events[first:last].tolist())
 
     def performers(self, event: int) -> BoolArray:
         """Which of the states can perform *event*."""

@@ -115,6 +115,8 @@ class _Walk:
     def origins(self, process: Process) -> dict[int, set[Move]]:
         """For each event that *process* can ever perform, taus apart, the moves that it can be made of."""
         while isinstance(process, (Reference, Compressed)):
+            if isinstance(process, Compressed) and process is self._compressed_next():
+                break
             process = process.body() if isinstance(process, Reference) else process.process
         match process:
             case Parallel():
@@ -141,6 +143,11 @@ class _Walk:
         if slot >= len(self._network.slots):
             return {}
         return {label: {(slot, label)} for label in self._network.slots[slot].lts.alphabet() if label != TAU}
+
+    def _compressed_next(self) -> Process | None:
+        """What the next component is a compression of, if it is one."""
+        slots = self._network.slots
+        return slots[self.slots].compressed if self.slots < len(slots) else None
 
     def _part(self, operand: Process) -> tuple[dict[int, set[Move]], range]:
         first = self.slots

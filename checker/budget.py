@@ -53,6 +53,11 @@ class Budget:
             return self.limits
         return replace(self.limits, seconds=max(0.0, self.limits.seconds - self.seconds))
 
+    def narrowed(self, states: int) -> Budget:
+        """A budget of its own for something optional: what is left of this one, and no more than so many states."""
+        most = states if self.limits.states is None else min(states, self.limits.states)
+        return Budget(replace(self.remaining(), states=most))
+
     def used(self, memory_bytes: int) -> None:
         """Take note of the size of arrays that were in use at one time."""
         self.peak_memory_bytes = max(self.peak_memory_bytes, memory_bytes)

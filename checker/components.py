@@ -10,6 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
+from checker.lts import Lts
+from checker.partition import machine, reachable
 from checker.transitions import Explored, MoreStates, Poll, Semantics, breadth_first
 from checker.transitions_rows import Row, Step
 from cspm.events import TAU, TICK, EventSet
@@ -48,6 +52,27 @@ def joined(row: Row) -> list[Step]:
         rest = [(event, state) for event, state in row if event != TICK]
         return [*rest, *([(TAU, SKIP)] if (TAU, SKIP) not in rest else [])]
     return list(row)
+
+
+def joined_machine(lts: Lts) -> Lts:
+    """The machine of a component under a parallel operator, given the one that it has by itself."""
+    starts = np.repeat(np.arange(lts.states), np.diff(lts.offsets))
+    early = (lts.labels == TICK) & (np.diff(lts.offsets)[starts] > 1)
+    if not early.any():
+        return lts
+    # As in :func:`joined`, with two more states: SKIP and what is left of it.
+    skip, terminated = lts.states, lts.states + 1
+    labels, targets = lts.labels.copy(), lts.targets.copy()
+    labels[early], targets[early] = TAU, skip
+    return reachable(
+        machine(
+            lts.states + 2,
+            np.append(starts, skip),
+            np.append(labels, TICK),
+            np.append(targets, terminated),
+            lts.root,
+        )
+    )
 
 
 class Machines:

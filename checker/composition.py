@@ -20,7 +20,7 @@ from checker.growth import too_many
 from checker.network import Network
 from checker.placement import network_of
 from checker.shapes import Ambiguous, Parts, Unsuited
-from checker.skeleton import Component, compile_single, compile_skeleton, is_component
+from checker.skeleton import Component, Compress, compile_single, compile_skeleton, is_component, look_through
 from checker.transitions import Explored, LimitReached, MoreStates, Poll, Semantics
 from checker.verdict import Limits
 from cspm.process import Process
@@ -49,7 +49,13 @@ class Compiler:
         self._slot_states = slot_states
         self._machines = Machines(self.semantics)
 
-    def network(self, process: Process, limits: Limits = Limits(), poll: Poll | None = None) -> Network:  # noqa: B008
+    def network(
+        self,
+        process: Process,
+        limits: Limits = Limits(),  # noqa: B008
+        poll: Poll | None = None,
+        compress: Compress = look_through,
+    ) -> Network:
         """The network that has the states and transitions of *process*.
 
         Args:
@@ -57,6 +63,7 @@ class Compiler:
             limits: ``states`` and ``memory_bytes`` also bound what is explored as terms; if ``states`` is None,
                 no more than ``MOST_TERMS`` are.
             poll: called now and then with a number of states explored as terms; what it raises ends the work.
+            compress: gives the machines of compressed components; without it the network has all states of *process*.
 
         Raises:
             LimitReached: a component, or what fits no network, has more states than the limit.
@@ -67,17 +74,19 @@ class Compiler:
         self._machines.poll = poll
         self.semantics.state(process)
         try:
-            return self._network(process, most)
+            return self._network(process, most, compress)
         except TooManyActions:
             return self._single(process, most)
         finally:
             self._machines.poll = None
 
-    def _network(self, process: Process, most: int) -> Network:
+    def _network(self, process: Process, most: int, compress: Compress) -> Network:
         slot_states = min(self._slot_states, most)
         small = min(SMALL, slot_states)
         try:
-            return compile_skeleton(process, lambda component: self._without_parts(component, small, slot_states))
+            return compile_skeleton(
+                process, lambda component: self._without_parts(component, small, slot_states), compress
+            )
         except _TooLarge as large:
             has_parts = large.has_parts
         if has_parts:
@@ -86,7 +95,7 @@ class Compiler:
             except Unsuited:
                 pass
             try:
-                return self._composed(process, slot_states)
+                return self._composed(process, slot_states, compress)
             except _TooLarge:
                 pass
         # A component may be endless by itself and not in company: a counter that the others keep in bounds.
@@ -96,13 +105,13 @@ class Compiler:
             except LimitReached:
                 pass
         try:
-            return self._composed(process, most)
+            return self._composed(process, most, compress)
         except _TooLarge as large:
             raise too_many(large.component.process, large.terms, self.semantics.heads) from None
 
-    def _composed(self, process: Process, most: int) -> Network:
+    def _composed(self, process: Process, most: int, compress: Compress) -> Network:
         """The network of one format, whose components have at most so many states."""
-        return compile_skeleton(process, lambda component: self._explored(component, most))
+        return compile_skeleton(process, lambda component: self._explored(component, most), compress)
 
     def _of_formats(self, process: Process, small: int) -> Network:
         """The network of formats."""

@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from checker.acceptances import StateAcceptances
-from checker.along import Along
+from checker.along import Along, along_original
 from checker.behaviour import visible
 from checker.budget import Incomplete
 from checker.context import Context, in_chunks
@@ -194,6 +194,8 @@ def _by_normal_form(context: Context, lts: Lts) -> Trace | None:
 def _explained(context: Context, process: Process, trace: Trace) -> Counterexample:
     """The run of *trace* that ends by refusing the first event that is also possible, and one that performs it."""
     along = Along(context, process, trace, "T", beyond=True)
+    if along.pairs.packed.network.is_compressed:
+        along = along_original(context, process, trace, "T") or along
     if along.pairs.depth < len(trace):
         raise Incomplete(context.budget.shortfall(along.pairs, "end of the trace that shows nondeterminism"))
     offers = along.offers(len(trace))

@@ -21,11 +21,11 @@ from typing import Any, get_type_hints
 import numpy as np
 
 from checker import kernels as table_kernels
-from checker import kernels_expand, kernels_levels, kernels_pairs
+from checker import kernels_expand, kernels_levels, kernels_pairs, kernels_partition
 from checker.kernel_tables import Index, Int32Array, Rules, Scratch, UInt8Array, no_guide
 from checker.lts import Int64Array
 
-MODULES: tuple[ModuleType, ...] = (table_kernels, kernels_expand, kernels_pairs, kernels_levels)
+MODULES: tuple[ModuleType, ...] = (table_kernels, kernels_expand, kernels_pairs, kernels_levels, kernels_partition)
 """Where the kernels are, callees before callers."""
 
 ENTRIES = (
@@ -43,6 +43,7 @@ ENTRIES = (
     "count_arrivals",
     "peel",
     "strong_components",
+    "coarsest",
 )
 """The kernels that are called from outside."""
 
@@ -55,6 +56,9 @@ ARRAYS: Mapping[str, type[np.generic]] = {
     **dict.fromkeys(("states", "targets", "offsets", "numbers", "ends", "outbox", "fresh", "places"), np.int64),
     **dict.fromkeys(("before", "sources", "after"), np.int64),
     **dict.fromkeys(("patterns", "component", "low", "stack", "path"), np.int64),
+    **dict.fromkeys(("labels", "earlier_offsets", "earlier", "block", "order", "place"), np.int64),
+    **dict.fromkeys(("block_first", "block_last", "marked", "dirty", "changed", "touched", "queued"), np.int64),
+    **dict.fromkeys(("group", "group_ends", "group_size", "group_block", "buffer", "slots", "stamps"), np.int64),
 }
 """Kernel parameters that are arrays, by name; the others are integers or the tuples of ``kernel_tables``."""
 

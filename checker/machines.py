@@ -9,10 +9,13 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
+from functools import partial
 from typing import Any, Literal
 
 from checker.budget import Budget, Incomplete, coverage
+from checker.components import JOINED, Alone, Joined, joined_machine
 from checker.composition import MOST_TERMS, Compiler, LimitReached
+from checker.compression import COMPRESSIONS
 from checker.lazy_specification import LazySpecification
 from checker.lts import Lts
 from checker.normal_form import NormalForm, Semantics
@@ -21,7 +24,9 @@ from checker.normaliser import Normaliser
 from checker.packed import PackedNetwork, pack
 from checker.pair_search import PairExploration, explore_pairs
 from checker.search import Exploration, Progress, explore
-from cspm.process import Process
+from checker.skeleton import look_through
+from checker.verdict import Limits
+from cspm.process import Compressed, Process
 
 Aim = Literal["everything", "deadlock", "deadlock or divergence", "divergence"]
 """What an exploration looks for; it may end at the first level that has it."""
@@ -61,28 +66,64 @@ class Machines:
         self._progress = progress
         self._notify = notify
         self._compiler = Compiler()
+        self._too_large: set[tuple[Compressed, Limits]] = set()
         self._kept: OrderedDict[Hashable, tuple[Any, int]] = OrderedDict()
 
-    def packed(self, process: Process, budget: Budget) -> PackedNetwork:
+    def packed(self, process: Process, budget: Budget, *, original: bool = False) -> PackedNetwork:
         """The network of a process, ready to be searched.
+
+        Args:
+            process: the process.
+            budget: what may be used.
+            original: whether compressed components are to have all their states.
 
         Raises:
             Incomplete: a component is too large for a limit, or took too long.
             ScriptError: a definition cannot be evaluated.
             UnsupportedOperator: the process applies a function that the engine lacks.
         """
-        key = ("packed", process)
+        original = original or self.full
+        key = ("packed", process, original)
         found: PackedNetwork | None = self._find(key)
         if found is None:
+            compress = look_through if original else partial(self._compressed, budget)
 
             def poll(states: int) -> None:
                 budget.check_time(f"exploring a component of the process, {states:,} states of it so far")
 
             try:
-                found = pack(self._compiler.network(process, budget.limits, poll))
+                found = pack(self._compiler.network(process, budget.limits, poll, compress))
             except LimitReached as reached:
                 raise Incomplete(budget.too_many_terms(reached), reached.states) from None
+            if not original and not found.network.is_compressed:
+                self._keep(("packed", process, True), found, 0)
             self._keep(key, found, 0)
+        return found
+
+    def _compressed(self, budget: Budget, term: Compressed, role: Alone | Joined) -> Lts | None:
+        """The machine of a compressed process in a role; None where its operand is too large to be explored by itself.
+
+        The operand may have no end by itself and yet have one in company, so a limit that is reached here is none of
+        the whole.
+
+        Raises:
+            Incomplete: the time is over.
+        """
+        key = ("compressed", term, role)
+        found: Lts | None = self._find(key)
+        if found is None:
+            if (term, budget.limits) in self._too_large:
+                return None
+            try:
+                lts = self.lts(term.process, budget)
+                budget.check_time(f"compressing a component of {lts.states:,} states")
+                found = COMPRESSIONS[term.function](joined_machine(lts) if role is JOINED else lts)
+            except Incomplete:
+                if budget.is_over():
+                    raise
+                self._too_large.add((term, budget.limits))
+                return None
+            self._keep(key, found, found.offsets.nbytes + 2 * found.labels.nbytes)
         return found
 
     def exploration(self, process: Process, aim: Aim, budget: Budget) -> Exploration:
@@ -196,14 +237,21 @@ class Machines:
         budget: Budget,
         *,
         full: bool,
+        original: bool = False,
     ) -> PairExploration:
         """The reachable pairs of a specification's node and a state of *process*. Not kept.
+
+        Args:
+            specification, process, model: what is compared.
+            budget: what may be used.
+            full: whether to go on after a violation.
+            original: whether compressed components are to have all their states.
 
         Raises:
             Incomplete: a lazy specification ran into a limit.
         """
         found = explore_pairs(
-            self.packed(process, budget),
+            self.packed(process, budget, original=original),
             specification,
             model,
             full=full,

@@ -14,7 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from checker.lts import Lts
-from cspm.process import Process
+from cspm.process import Compressed, Process
 from cspm.source import Span
 
 
@@ -28,12 +28,15 @@ class Slot:
         lts: its local machine. Labels are event identifiers, or numbers >= ``Network.first_private_label`` that
             ``Network.private_labels`` explains.
         terms: the process term of each local state, for explanations and for comparison with the terms.
+        compressed: for a machine that is a compression of a larger one, the term that stands for it. Its states are no
+            states of that term, only its behaviour is the same; ``terms`` repeats the term.
     """
 
     name: str
     span: Span | None
     lts: Lts
     terms: tuple[Process, ...]
+    compressed: Compressed | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,3 +99,8 @@ class Network:
     terminated: bool = False
     first_private_label: int = 1 << 63
     private_labels: tuple[int, ...] = ()
+
+    @property
+    def is_compressed(self) -> bool:
+        """Whether some component is a compression of what the script says."""
+        return any(slot.compressed is not None for slot in self.slots)

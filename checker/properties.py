@@ -10,8 +10,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from checker.along import Along, Offers
-from checker.behaviour import Behaviour, diverging
+from checker.along import Along, Offers, along_original
+from checker.behaviour import Behaviour, diverging, visible
 from checker.context import Context, reached
 from checker.normal_form import BoolArray, FailuresModel, Semantics
 from checker.paths import Step, shortest_path
@@ -40,10 +40,17 @@ def deadlock_free(context: Context, process: Process, model: FailuresModel) -> O
     goals = np.concatenate([deadlocks, cycles])
     path = shortest_path(exploration, goals, np.repeat(np.arange(2), [len(deadlocks), len(cycles)]))
     end = reached(exploration, path)
-    if end in deadlocks:
-        counterexample = _deadlock(context, process, exploration, path)
+    is_deadlock = end in deadlocks
+    shown = exploration
+    along = _along_original(context, process, exploration, path)
+    if along is not None:
+        last, shown = along.pairs.depth, along.pairs
+        path = along.path(shown.deadlocked(last) if is_deadlock else shown.tau_cyclic(last))
+        end = reached(shown, path)
+    if is_deadlock:
+        counterexample = _deadlock(context, process, shown, path)
     else:
-        counterexample = diverging(process, exploration, path, end, context.events)
+        counterexample = diverging(process, shown, path, end, context.events)
     return context.budget.outcome(Verdict.FAIL, None, *context.covered(exploration, level), counterexample)
 
 
@@ -59,8 +66,22 @@ def divergence_found(context: Context, process: Process, exploration: Exploratio
     """The failure of a process that can diverge, first on *level*."""
     goals = exploration.tau_cyclic(level)
     path = shortest_path(exploration, goals)
-    counterexample = diverging(process, exploration, path, reached(exploration, path), context.events)
+    shown = exploration
+    along = _along_original(context, process, exploration, path)
+    if along is not None:
+        shown = along.pairs
+        path = along.path(shown.tau_cyclic(shown.depth))
+    counterexample = diverging(process, shown, path, reached(shown, path), context.events)
     return context.budget.outcome(Verdict.FAIL, None, *context.covered(exploration, level), counterexample)
+
+
+def _along_original(
+    context: Context, process: Process, exploration: Exploration, path: tuple[Step, ...]
+) -> Along | None:
+    """The states of the components that the script has after the trace of a path with compressed ones."""
+    if not exploration.packed.network.is_compressed:
+        return None
+    return along_original(context, process, visible(path), "FD")
 
 
 def _deadlock(context: Context, process: Process, exploration: Exploration, path: tuple[Step, ...]) -> Counterexample:
@@ -91,6 +112,9 @@ def has_trace(context: Context, process: Process, trace: Sequence[int], model: S
             break
         obstacle = _obstacle(along, length, event, model)
         if obstacle is not None:
+            if pairs.packed.network.is_compressed:
+                original = along_original(context, process, trace[:length], "FD")
+                obstacle = (original and _obstacle(original, length, event, model)) or obstacle
             return budget.outcome(Verdict.FAIL, None, *counts, obstacle)
     return context.not_found(pairs, "refusal of the trace")
 

@@ -6,10 +6,11 @@ the implementation's states that common traces lead to are searched breadth firs
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from checker.along import along_original
 from checker.behaviour import Behaviour, diverging, visible
 from checker.context import Context, reached
 from checker.machines import Specification
@@ -41,9 +42,53 @@ def refines(context: Context, specification: Process, model: Semantics, implemen
     if pairs.violation_level is None:
         return context.not_found(pairs, "violation")
     path, violation = _first(pairs)
-    counterexample = _explained(context, specification, normal_form, implementation, pairs, path, violation)
+    node = int(pairs.nodes[violation.index])
+    found = _Found(pairs, path, violation)
+    if pairs.packed.network.is_compressed:
+        found = _without_compression(context, normal_form, node, implementation, model, found)
+    counterexample = _explained(context, specification, normal_form, node, implementation, found)
     states, transitions = int(pairs.levels[-1]), pairs.transitions
     return budget.outcome(Verdict.FAIL, None, states, transitions, counterexample)
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """A violation at the end of a path through an exploration."""
+
+    exploration: PairExploration
+    path: tuple[Step, ...]
+    violation: Violation
+
+
+def _without_compression(
+    context: Context,
+    normal_form: Specification,
+    node: int,
+    implementation: Process,
+    model: Semantics,
+    found: _Found,
+) -> _Found:
+    """The same violation after the same trace by components that are not compressed, if they can be followed there.
+
+    Compressed or not, a process can do, refuse and diverge the same after a trace; the runs differ.
+    """
+    kind, event = found.violation.kind, found.violation.event
+    along = along_original(context, implementation, visible(found.path), "FD" if model == "FD" else "T")
+    if along is None:
+        return found
+    length = along.pairs.depth
+    offers = along.offers(length)
+    if kind == "trace":
+        goals = offers.indices[offers.performers(event)]
+    elif kind == "divergence":
+        goals = along.pairs.tau_cyclic(length)
+    else:
+        allowed = [frozenset(acceptance) for acceptance in normal_form.acceptances(node)]
+        accepted = [offers.acceptance(place) for place in range(len(offers.indices))]
+        refusing = [a is not None and not any(least <= a for least in allowed) for a in accepted]
+        goals = offers.indices[np.array(refusing, dtype=np.bool_)]
+    path = along.path(goals)
+    return _Found(along.pairs, path, Violation(reached(along.pairs, path), kind, event))
 
 
 def _first(pairs: PairExploration) -> tuple[tuple[Step, ...], Violation]:
@@ -71,14 +116,13 @@ def _explained(
     context: Context,
     specification: Process,
     normal_form: Specification,
+    node: int,
     implementation: Process,
-    pairs: PairExploration,
-    path: tuple[Step, ...],
-    violation: Violation,
+    found: _Found,
 ) -> Counterexample:
+    pairs, path, violation = found.exploration, found.path, found.violation
     events = context.events
     behaviour = Behaviour(implementation, pairs.packed, path, events)
-    node = int(pairs.nodes[violation.index])
     trace = visible(path)
     specification_trace = tuple(events.name(event) for event in trace)
     run = specification_run(specification, trace, events)
@@ -98,9 +142,9 @@ def _explained(
             event_parts=behaviour.parts_in(event),
         )
     if violation.kind == "divergence":
-        found = diverging(implementation, pairs, path, violation.index, events)
+        divergence = diverging(implementation, pairs, path, violation.index, events)
         allowed = tuple(behaviour.names(acceptance) for acceptance in normal_form.acceptances(node))
-        return replace(found, allowed=allowed, specification_trace=specification_trace, specification=run)
+        return replace(divergence, allowed=allowed, specification_trace=specification_trace, specification=run)
     offered = frozenset(pairs.successors(np.array([violation.index], dtype=np.int64)).events.tolist())
     accepted = frozenset({TICK}) if TICK in offered else offered
     acceptances = normal_form.acceptances(node)

@@ -1,7 +1,8 @@
 """The parallel skeleton of a process as rules of one format, over the components that hang in it.
 
 The skeleton is what parallel composition, hiding and renaming make of the top of a term; it never changes its
-shape, so it is worked into the rules once. Compressions are looked through: they mean what their operands mean.
+shape, so it is worked into the rules once. A compressed process is a component with a smaller machine, or is looked
+through: it means what its operand means.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from typing import NamedTuple
 
 from checker.actions import Action, alphabetised, hidden, linked, parallel, projected, renamed
 from checker.components import ALONE, JOINED, Alone, Joined
+from checker.lts import Lts
 from checker.network import Network, Rule, Slot
 from checker.transitions import Explored
 from cspm.events import TICK
@@ -53,21 +55,31 @@ class Component(NamedTuple):
 
 Explore = Callable[[Component], Explored]
 """The machine of a component."""
+Compress = Callable[[Compressed, Alone | Joined], Lts | None]
+"""The machine of a compressed process in a role, whose root is 0; None where it is better to look through it."""
 
 
-def compile_skeleton(process: Process, explore: Explore, *, takes_apart: bool = True) -> Network:
+def look_through(_: Compressed, __: Alone | Joined) -> None:
+    """Compress nothing."""
+    return
+
+
+def compile_skeleton(
+    process: Process, explore: Explore, compress: Compress = look_through, *, takes_apart: bool = True
+) -> Network:
     """The network of one format for *process*; what *explore* raises ends the work.
 
     Args:
         process: the term.
         explore: explores a component.
+        compress: gives the machine of a compressed component.
         takes_apart: if not, the process is the only component.
 
     Raises:
         TooManyActions: the components can act together in too many ways.
         ScriptError: a definition cannot be evaluated.
     """
-    skeleton = _Skeleton(explore)
+    skeleton = _Skeleton(explore, compress)
     if takes_apart:
         with deep_recursion():
             actions = skeleton.actions(process, ALONE, Place())
@@ -105,26 +117,37 @@ def rules(actions: Iterable[Action]) -> tuple[Rule, ...]:
 _OPERATORS = (Parallel, AlphabetisedParallel, LinkedParallel, Hide, Project, Rename)
 
 
-def _named(process: Process, place: Place) -> tuple[Process, Place]:
-    """What stands behind names and compressions, and the place that the first of the names is."""
+def _named(process: Process, place: Place, stop: type[Process] = Process) -> tuple[Process, Place]:
+    """What stands behind names and compressions, and the place that the first of the names is.
+
+    Ends at the first compression if *stop* is their class.
+    """
     own: Reference | None = None
     while isinstance(process, (Reference, Compressed)):
         if isinstance(process, Reference):
             own = own or process
             process = process.body()
+        elif stop is Compressed:
+            break
         else:
             process = process.process
     return process, place if own is None else Place(own.text, own.span)
 
 
 class _Skeleton:
-    def __init__(self, explore: Explore) -> None:
+    def __init__(self, explore: Explore, compress: Compress) -> None:
         self._explore = explore
+        self._compress = compress
         self.slots: list[Slot] = []
         self._parts: dict[Place, int] = {}
 
     def actions(self, named: Process, role: Alone | Joined, outer: Place) -> list[Action]:
-        process, place = _named(named, outer)
+        process, place = _named(named, outer, stop=Compressed)
+        if isinstance(process, Compressed):
+            machine = self._compress(process, role)
+            if machine is not None:
+                return self._compressed(process, machine, place)
+            process, place = _named(named, outer)
         match process:
             case Parallel():
                 return parallel(process.events, self._operands(process.operands, place))
@@ -149,6 +172,12 @@ class _Skeleton:
         machine = self._explore(component)
         self.slots.append(Slot(self._name(component.place), component.place.span, machine.lts, machine.terms))
         return [Action(label, label, ((slot, label),)) for label in machine.alphabet()]
+
+    def _compressed(self, process: Compressed, lts: Lts, place: Place) -> list[Action]:
+        slot = len(self.slots)
+        terms = (process,) * lts.states
+        self.slots.append(Slot(self._name(place), place.span, lts, terms, process))
+        return [Action(label, label, ((slot, label),)) for label in lts.alphabet()]
 
     def _name(self, place: Place) -> str:
         """What to call a component: components that have no definition of their own are numbered in the one around."""

@@ -346,10 +346,12 @@ def compositions(
     size: int = 5,
     components: int = 3,
     recursion: bool = True,
+    compressions: Sequence[str] = (),
 ) -> Process:
     """Parallel, hiding and renaming over named components whose bodies use *operators* only.
 
     At most *components* components of about *size* operators each; the outermost operators are those of *static*.
+    Some of the operands are compressed by functions among *compressions*.
     """
     number = draw(st.integers(1, components))
     named: list[Process] = [
@@ -362,6 +364,12 @@ def compositions(
     joining: Sequence[type[Process]] = [cls for cls in kinds if cls in PARALLEL]
 
     def wrap(process: Process) -> Process:
+        process = wrapped(process)
+        if not compressions or not draw(st.booleans()):
+            return process
+        return Compressed(draw(st.sampled_from(compressions)), process)
+
+    def wrapped(process: Process) -> Process:
         if not unary or not draw(st.booleans()):
             return process
         cls = draw(st.sampled_from(unary))
