@@ -10,6 +10,11 @@ Four things in CSPm cannot be left to a grammar, and are settled here while the 
 * ``not`` behind ``assert`` negates the assertion if that is a refinement or a property, and is an ordinary
   operator if it is a Boolean expression.
 
+Classes and other Object-Z paragraphs have words of their own (:mod:`cspm.oz.lexer`); here each is one token. They
+are recognised at the beginning of a line by a form that no line of CSPm has, such as ``class Name``, so that all
+their words remain names. ``X == e`` defines, ``P || Q`` composes and ``:[words]`` may be a proof obligation only in
+scripts in which such a paragraph (or an ``include``) stands.
+
 The kind of a punctuation token or of a keyword is its text, so that the grammar can quote it; the other kinds
 have names in capitals.
 """
@@ -23,6 +28,7 @@ from typing import Final, Literal
 from cspm.diagnostics import Diagnostic
 from cspm.messages import lexing
 from cspm.source import Source, Span
+from cspm.spelling import suggestions
 
 DECLARATION_KEYWORDS: Final = frozenset(
     [
@@ -44,10 +50,27 @@ OPERAND_ENDS: Final = frozenset(
 )
 """Kinds behind which an operand is complete: an operator or the end of a declaration may follow."""
 
-_DECLARATION_ENDS: Final = OPERAND_ENDS | {"PROPERTY", "REDUCE_OPTION", "endmodule"}
+_DECLARATION_ENDS: Final = OPERAND_ENDS | {"PROPERTY", "REDUCE_OPTION", "endmodule", "PARAGRAPH", "OBLIGATION"}
 
 _BEGINS_DECLARATION: Final = frozenset(
-    ["NAME", "QUALIFIED", "INT", "CHAR", "STRING", "true", "false", "_", "(", "(|", "{", "{|", "<", "-", "#"]
+    [
+        "NAME",
+        "QUALIFIED",
+        "INT",
+        "CHAR",
+        "STRING",
+        "true",
+        "false",
+        "_",
+        "(",
+        "(|",
+        "{",
+        "{|",
+        "<",
+        "-",
+        "#",
+        "PARAGRAPH",
+    ]
 ) | (KEYWORDS - {"and", "or", "then", "else", "within"})
 """Kinds before which a line break counts; before any other it is only layout."""
 
@@ -126,8 +149,28 @@ _PROPERTY_KINDS: Final = {
 }
 _REDUCTIONS: Final = ("precise", "hybrid", "fast")
 
+PARAGRAPH_WORDS: Final = ("class", "given", "schema", "retrieve", "const", "reading", "view")
+"""What an Object-Z paragraph may begin with, besides the name that it defines."""
+_DEFINES = re.compile(rf"{_BLANK}*(?:::=|==|\[)")
+_HAS_PARAGRAPHS = re.compile(
+    r"^[ \t]*(?:(?:class|given|schema|retrieve|const|reading|view)[ \t]+[^\W\d]|include\b|[A-Za-z]\w*[ \t]*::=)",
+    re.MULTILINE,
+)
+_SYMBOLS_OF_CSP: Final = {
+    "→": "->",
+    "□": "[]",
+    "⊓": "|~|",
+    "⦀": "|||",
+    "⟨": "<",
+    "⟩": ">",
+    "≠": "!=",
+    "≤": "<=",
+    "≥": ">=",
+}
+"""Signs that the equations of a class may be written with."""
 
-Form = Literal["script", "expression", "assertion"]
+
+Form = Literal["script", "expression", "assertion", "equations"]
 
 
 @dataclass(slots=True)
@@ -201,16 +244,18 @@ def property_words(text: str) -> tuple[str, str | None]:
     return " ".join(re.split(r"[\s-]+", match["words"])), match["mode"]
 
 
-def tokenise(source: Source, *, start: int = 0, form: Form = "script") -> Tokens:
-    """The tokens of *source* from the offset *start* on.
+def tokenise(source: Source, *, start: int = 0, end: int | None = None, form: Form = "script") -> Tokens:
+    """The tokens of *source* from the offset *start* on, up to *end*.
 
-    The text is a script, or it is one expression or assertion, in which line breaks mean nothing. Mistakes
-    are collected in ``Tokens.errors``; the tokens around them are still made.
+    The text is a script, the equations of a class, or one expression or assertion, in which line breaks mean
+    nothing. Mistakes are collected in ``Tokens.errors``; the tokens around them are still made.
     """
     text = source.text
+    end = len(text) if end is None else end
     tokens = Tokens(source)
+    classes = form != "script" or _HAS_PARAGRAPHS.search(text) is not None
     kinds, starts, ends = tokens.kinds, tokens.starts, tokens.ends
-    contexts = _Contexts("script" if form == "script" else "expression")
+    contexts = _Contexts("script" if form in ("script", "equations") else "expression")
     broken = False  # a line break stands before the next token
     previous = ""  # kind of the last token
     timed = ""  # "(" once behind `Timed`, ")" once its bracket is closed: the next `{` holds declarations
@@ -220,7 +265,7 @@ def tokenise(source: Source, *, start: int = 0, form: Form = "script") -> Tokens
     position = start
     scan = _TOKEN.match
     while True:
-        match = scan(text, position)
+        match = scan(text, min(position, end), end)
         assert match is not None  # the last alternative takes any character
         group = match.lastindex
         assert group is not None
@@ -233,6 +278,12 @@ def tokenise(source: Source, *, start: int = 0, form: Form = "script") -> Tokens
                 kind = "QUALIFIED"
             else:
                 kind = "NAME"
+                if (broken or not kinds) and form == "script":
+                    free = contexts.outermost and classes and (not kinds or previous in _DECLARATION_ENDS)
+                    if (paragraph := _paragraph(tokens, begin, position, free=free)) is not None:
+                        kind, position = "PARAGRAPH", paragraph
+                elif word == "via" and previous == "NAME" and kinds[-2:-1] == ["SIMULATES"]:
+                    kind = "VIA"
         elif group == 9:
             kind = text[begin:position]
         elif group == 2:
@@ -249,10 +300,12 @@ def tokenise(source: Source, *, start: int = 0, form: Form = "script") -> Tokens
         elif group == 6:
             kind = "(|"
         elif group == 7:
-            kind, position = _property(tokens, begin)
+            kind, position = _property(tokens, begin, classes=classes)
         elif group == 8:
             kind = "REFINES"
-            if text[begin + 1 : position - 1] not in MODELS:
+            if classes and text[begin + 1 : position - 1] == "OZ":
+                kind = "SIMULATES"
+            elif text[begin + 1 : position - 1] not in MODELS:
                 tokens.errors.append(lexing.unknown_model(source.span(begin + 1, position - 1), MODELS))
         elif group == 10:
             kind = "STRING"
@@ -265,6 +318,8 @@ def tokenise(source: Source, *, start: int = 0, form: Form = "script") -> Tokens
                 kind = "NAME"
         elif group == 13:
             break
+        elif form == "equations" and text[begin] in _SYMBOLS_OF_CSP:
+            kind = _SYMBOLS_OF_CSP[text[begin]]
         else:
             position = _bad_character(tokens, begin)
             if text[begin] in "\"'":
@@ -274,6 +329,8 @@ def tokenise(source: Source, *, start: int = 0, form: Form = "script") -> Tokens
                 continue
 
         context = contexts.innermost
+        if kind == "||" and classes and previous in OPERAND_ENDS and context != "[":
+            kind = "COMPOSES"
 
         # `<` and `>`.
         if kind[0] in "<>":
@@ -297,7 +354,11 @@ def tokenise(source: Source, *, start: int = 0, form: Form = "script") -> Tokens
                 ends.append(ends[-1])
                 if contexts.outermost:
                     negations.clear()
-        if kind in DECLARATION_KEYWORDS and context not in _DECLARATION_CONTEXTS and context != "expression":
+        if (
+            (kind in DECLARATION_KEYWORDS or kind == "PARAGRAPH")
+            and context not in _DECLARATION_CONTEXTS
+            and context != "expression"
+        ):
             # No bracket goes over a declaration: whatever is open was meant to be closed before. The parser says so.
             contexts.forget_brackets()
 
@@ -329,7 +390,7 @@ def tokenise(source: Source, *, start: int = 0, form: Form = "script") -> Tokens
         if kind == "assert":
             asserting = True
             negations.clear()
-        elif negations and kind in ("REFINES", "PROPERTY", "TRACE_PROPERTY"):
+        elif negations and kind in ("REFINES", "PROPERTY", "TRACE_PROPERTY", "SIMULATES", "OBLIGATION"):
             for index in negations:
                 kinds[index] = "ASSERT_NOT"
             negations.clear()
@@ -339,11 +400,28 @@ def tokenise(source: Source, *, start: int = 0, form: Form = "script") -> Tokens
         ends.append(position)
         previous = kind
 
-    end = ends[-1] if ends else start
+    last = ends[-1] if ends else start
     kinds.append("$END")
-    starts.append(end)
-    ends.append(end)
+    starts.append(last)
+    ends.append(last)
     return tokens
+
+
+def _paragraph(tokens: Tokens, begin: int, end: int, *, free: bool) -> int | None:
+    """The offset behind the Object-Z paragraph whose first word stands from *begin* to *end*, if it begins one.
+
+    *free* tells whether a declaration begins here in any case.
+    """
+    text = tokens.source.text
+    if text[begin:end] not in PARAGRAPH_WORDS and not _DEFINES.match(text, end):
+        return None
+    from cspm.oz.lexer import ABBREVIATION, PARAGRAPH, extent
+
+    if not PARAGRAPH.match(text, begin) and not (free and ABBREVIATION.match(text, begin)):
+        return None
+    found = extent(tokens.source, begin)
+    tokens.comments.extend(found.comments)
+    return found.end
 
 
 def _block_comment(tokens: Tokens, begin: int) -> int:
@@ -362,8 +440,8 @@ def _block_comment(tokens: Tokens, begin: int) -> int:
     return position
 
 
-def _property(tokens: Tokens, begin: int) -> tuple[str, int]:
-    """Kind and end of the ``:[...]`` token at *begin*."""
+def _property(tokens: Tokens, begin: int, *, classes: bool) -> tuple[str, int]:
+    """Kind and end of the ``:[...]`` token at *begin*; with *classes* it may be an obligation."""
     source = tokens.source
     match = _PROPERTY.match(source.text, begin)
     if match is None:
@@ -374,6 +452,8 @@ def _property(tokens: Tokens, begin: int) -> tuple[str, int]:
         return "PROPERTY", end
     words = " ".join(re.split(r"[\s-]+", match["words"]))
     kind = _PROPERTY_KINDS.get(words)
+    if kind is None and classes and not suggestions(words, _PROPERTY_KINDS):
+        return "OBLIGATION", match.end()
     if kind is None:
         tokens.errors.append(lexing.unknown_property(source.span(*match.span("words")), words, tuple(_PROPERTY_KINDS)))
         return "PROPERTY", match.end()

@@ -247,7 +247,9 @@ class _Resolver:
 
     def visit(self, node: syntax.Node, scope: Scope) -> None:
         """Tie all names in *node*."""
-        self._visitors[type(node)](node, scope)
+        visitor = self._visitors.get(type(node))
+        if visitor is not None:  # else an Object-Z paragraph, or a claim about one: its names are tied elsewhere
+            visitor(node, scope)
 
     def _visit_all(self, nodes: Iterable[syntax.Node], scope: Scope) -> None:
         for node in nodes:
@@ -368,6 +370,9 @@ class _Resolver:
 
     def _visit_alphabetisedparallel(self, node: syntax.AlphabetisedParallel, scope: Scope) -> None:
         self._visit_all((node.left, node.left_alphabet, node.right_alphabet, node.right), scope)
+
+    def _visit_classparallel(self, node: syntax.ClassParallel, scope: Scope) -> None:
+        self._visit_all((node.left, node.right), scope)
 
     def _visit_linkedparallel(self, node: syntax.LinkedParallel, scope: Scope) -> None:
         if scope.timed:

@@ -36,9 +36,9 @@ _KEYWORDS: Final[dict[type[s.Declaration], str]] = {
 }
 _FORBIDDEN: Final[dict[Place, tuple[type[s.Declaration], ...]]] = {
     "script": (),
-    "module": (s.AssertDeclaration, s.PrintDeclaration),
-    "let": tuple(_KEYWORDS),
-    "Timed": (s.PrintDeclaration,),
+    "module": (s.AssertDeclaration, s.PrintDeclaration, s.Paragraph),
+    "let": (*_KEYWORDS, s.Paragraph),
+    "Timed": (s.PrintDeclaration, s.Paragraph),
 }
 """What may not be declared in each place, nor in a ``Timed`` section or an included file inside it."""
 
@@ -85,11 +85,12 @@ def _check_place(declarations: Iterable[s.Declaration], place: Place, refuse: Re
     while work:
         declaration, span = work.pop()
         if isinstance(declaration, forbidden):
-            keyword = (
-                "subtype"
-                if isinstance(declaration, s.DatatypeDeclaration) and declaration.subtype
-                else _KEYWORDS[type(declaration)]
-            )
+            if isinstance(declaration, s.DatatypeDeclaration) and declaration.subtype:
+                keyword = "subtype"
+            elif isinstance(declaration, s.Paragraph):
+                keyword = declaration.span.text.split(maxsplit=1)[0]
+            else:
+                keyword = _KEYWORDS[type(declaration)]
             # The keyword; for what an include brings, the include.
             if span is declaration.span:
                 span = Span(span.source, span.start, span.start + len(keyword))

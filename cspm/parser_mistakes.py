@@ -11,12 +11,14 @@ from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 from cspm.diagnostics import Diagnostic, Label
-from cspm.lexer import DECLARATION_KEYWORDS, KEYWORDS, OPERAND_ENDS, Tokens, tokenise
+from cspm.lexer import DECLARATION_KEYWORDS, KEYWORDS, OPERAND_ENDS, PARAGRAPH_WORDS, Tokens, tokenise
 from cspm.messages import syntax as messages
+from cspm.messages.lexing import quoted
 from cspm.parser_driver import Open, Unexpected, accepts, expected, run, stack_before
 from cspm.parser_table import Table
 from cspm.parser_tree import MOST_MISTAKES, Tree
 from cspm.source import Source
+from cspm.spelling import suggestions
 
 _CLOSERS: Final = {
     "(": ")",
@@ -44,7 +46,11 @@ _TELLING: Final = ("then", "else", "within", "@", "=", "::", "<-", "<->", "=>", 
 """Words and signs that are worth mentioning where they could come."""
 
 _DECLARATION: Final = "a declaration"
-_BEGINS_DECLARATION: Final = (DECLARATION_KEYWORDS - {"exports", "endmodule"}) | {"transparent", "external"}
+_BEGINS_DECLARATION: Final = (DECLARATION_KEYWORDS - {"exports", "endmodule"}) | {
+    "transparent",
+    "external",
+    "PARAGRAPH",
+}
 
 # A set that begins with a negative number, taken for a comment.
 _COMMENTED_SET = re.compile(r"\{-\s*\d+\s*(\.\.|,|\})")
@@ -216,6 +222,8 @@ class _Situation:
     def _found(self, index: int | None = None) -> str:
         index = self.index if index is None else index
         kind, text = self.tokens.kinds[index], self.tokens.text(index)
+        if kind == "PARAGRAPH":
+            text = text.split()[0]
         text = text if len(text) <= 40 else text[:37] + "..."
         return {
             "NAME": f"name `{text}`",
@@ -231,7 +239,7 @@ class _Situation:
         """Whether the unexpected token shows that the declaration before it is over."""
         if self.kind in ("$END", "_NEWLINE"):
             return True
-        return self.kind in DECLARATION_KEYWORDS
+        return self.kind in DECLARATION_KEYWORDS or self.kind == "PARAGRAPH"
 
     # --- what to say -----------------------------------------------------------------------------------------
 
@@ -378,6 +386,10 @@ class _Situation:
     def _expression_alone(self) -> Diagnostic:
         tokens = self.tokens
         first = self._declaration_start()
+        if tokens.text(first) == "end" and self.index == first + 1 and "PARAGRAPH" in tokens.kinds:
+            from cspm.messages import classes_syntax
+
+            return classes_syntax.end_too_many(tokens.span(first))
         if tokens.kinds[first] == "QUALIFIED" and self.index == first + 1:
             return messages.annotation_without_blank(tokens.span(first))
         depth = 0
@@ -526,6 +538,13 @@ class _Situation:
                 return f"`{self.kind}` belongs to a `module`"
             case "if" | "let" | "\\" if self.previous in ("!", "?", "$", ":"):
                 return "put it in brackets"
+            case "NAME" if self.previous == "NAME" and self._declaration_start() == self.index - 1:
+                close = suggestions(self.tokens.text(self.index - 1), PARAGRAPH_WORDS)
+                return (
+                    f"did you mean {quoted([f'{word} {self.tokens.text(self.index)}' for word in close])}?"
+                    if close
+                    else None
+                )
             case "NAME" if self.tokens.text(self.index) == "where":
                 return "local definitions are written `let definitions within expression`"
         return None

@@ -1,7 +1,8 @@
 r"""Binding powers: from a row of operands and operators to a tree.
 
 The levels are those of the CSPm operator table, tightest first. Three things make CSPm's expressions special:
-``.`` binds less tightly than arithmetic, comparison and logic; the parallel operators do not associate; and ``\``
+``.`` binds less tightly than arithmetic, comparison and logic; the parallel operators do not associate (but for the
+composition of classes); and ``\``
 hides in everything to its left, while what stands to its right takes the hidden process as its left operand:
 ``P ||| Q \ A`` is ``(P ||| Q) \ A`` and ``P \ A ||| Q`` is ``(P \ A) ||| Q``.
 
@@ -50,6 +51,7 @@ PROCESS_LEVELS: Final = {
     "||": 21,
     "[|>": 21,
     "<->": 21,
+    "COMPOSES": 21,
     "|||": 22,
     "\\": 23,
     "|\\": 23,
@@ -160,7 +162,8 @@ def processes(row: Row | s.Expr, refuse: Refuse, only_pattern: Callable[[s.Expr]
             level = PROCESS_LEVELS[item.symbol]
             while pending and pending[-1][0] <= level:
                 before = pending[-1][1]
-                if level in (PARALLEL, BOTH) and pending[-1][0] == level:
+                associates = before.symbol == item.symbol == "COMPOSES"
+                if level in (PARALLEL, BOTH) and pending[-1][0] == level and not associates:
                     refuse(messages.chained_operator(item.span, before.span, shown(before.symbol), shown(item.symbol)))
                 reduce()
             if item.symbol in ("\\", "|\\"):
@@ -203,6 +206,8 @@ def _process(operator: Operator, left: s.Expr, right: s.Expr) -> s.Expr:
             return s.LinkedParallel(
                 span=span, left=left, links=operator.links, right=right, statements=operator.statements
             )
+        case "COMPOSES":
+            return s.ClassParallel(span=span, left=left, right=right)
         case "@@":
             return BothExpr(span=span, left=left, right=right)
         case _:
@@ -218,4 +223,5 @@ def shown(symbol: str) -> str:
         "<->": "[ a <-> b ]",
         "[+": "[+ A +]",
         "/+": "/+ A +\\",
+        "COMPOSES": "||",
     }.get(symbol, symbol)

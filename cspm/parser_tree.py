@@ -168,6 +168,13 @@ class Tree(Types):
     def annotation(self, span: Span, names: list[s.NameDeclaration], scheme: s.TypeScheme) -> s.AnnotationDeclaration:
         return s.AnnotationDeclaration(span=span, names=tuple(names), scheme=scheme)
 
+    def paragraph(self, span: Span, token: int) -> s.Declaration:
+        from cspm.oz.parser import parse_paragraph
+
+        found, errors = parse_paragraph(span.source, span.start, span.end)
+        self.errors += errors
+        return found
+
     # --- assertions ------------------------------------------------------------------------------------------
 
     def negation(self, span: Span, word: int, inner: s.Assertion) -> s.NotAssertion:
@@ -209,6 +216,58 @@ class Tree(Types):
             options=self._options(options),
         )
 
+    def obligations(self, span: Span, subject: s.Expr, sign: int, operation: int | None = None) -> s.Assertion:
+        from cspm.oz.syntax import Obligations
+
+        words, _ = property_words(self.tokens.text(sign))
+        return Obligations(
+            span=span,
+            subject=self._class_name(subject),
+            obligation=None if words == "obligations" else words,
+            operation=None if operation is None else self.declared_name(self.tokens.span(operation), operation),
+        )
+
+    def subtype_claim(self, span: Span, parent: s.Expr, sign: int, child: int) -> s.Assertion:
+        from cspm.oz.syntax import Subtype
+
+        return Subtype(
+            span=span,
+            parent=self._class_name(parent),
+            child=self.declared_name(self.tokens.span(child), child),
+        )
+
+    def data_refinement(
+        self,
+        span: Span,
+        abstract: s.Expr,
+        sign: int,
+        concrete: int,
+        via: int,
+        retrieve: int,
+        direction: int | None = None,
+    ) -> s.Assertion:
+        from cspm.messages import classes_syntax
+        from cspm.oz.syntax import DataRefinement
+
+        words = "downward" if direction is None else property_words(self.tokens.text(direction))[0]
+        if direction is not None and words not in ("upward", "downward"):
+            self._refuse(classes_syntax.unknown_direction(self.tokens.span(direction), words))
+        return DataRefinement(
+            span=span,
+            abstract=self._class_name(abstract),
+            concrete=self.declared_name(self.tokens.span(concrete), concrete),
+            retrieve=self.declared_name(self.tokens.span(retrieve), retrieve),
+            upward=words == "upward",
+        )
+
+    def _class_name(self, subject: s.Expr) -> s.NameDeclaration:
+        if isinstance(subject, s.Name) and len(subject.parts) == 1:
+            return s.NameDeclaration(span=subject.span, name=subject.parts[0])
+        from cspm.messages import classes_syntax
+
+        self._refuse(classes_syntax.no_class_name(subject.span))
+        return s.NameDeclaration(span=subject.span, name="_")
+
     def boolean(self, span: Span, condition: s.Expr) -> s.BooleanAssertion:
         return s.BooleanAssertion(span=span, condition=condition)
 
@@ -236,7 +295,8 @@ class Tree(Types):
         return row
 
     def _operator(self, token: int) -> Operator:
-        return Operator(self.tokens.text(token), self.tokens.span(token))
+        kind = self.tokens.kinds[token]
+        return Operator("<" if kind == "LESS" else kind, self.tokens.span(token))
 
     def process_row(self, span: Span, row: Row | s.Expr) -> s.Expr:
         return row if isinstance(row, s.Expr) else processes(row, self._refuse, self._only_pattern)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from cspm import syntax as s
 from cspm.printer_expressions import Expressions, Printing
 from cspm.printer_layout import HARD, LINE, SOFT, Doc, cat, group, join, nest
 from cspm.printer_places import ANYWHERE, Place, after_colon, bracketed, commas, enclosed
+
+if TYPE_CHECKING:
+    from cspm.oz import syntax as z
 
 # How loosely a type may bind in a place.
 _SIMPLE: Final = Place(1)
@@ -177,6 +180,17 @@ class Printer(Expressions):
     def _print_boolean_assertion(self, node: s.BooleanAssertion, place: Place) -> Printing:
         return (yield node.condition, ANYWHERE)
 
+    def _print_obligations(self, node: z.Obligations, place: Place) -> Doc:
+        operation = "" if node.operation is None else f": {node.operation.name}"
+        return f"{node.subject.name} :[{node.obligation or 'obligations'}]{operation}"
+
+    def _print_data_refinement(self, node: z.DataRefinement, place: Place) -> Doc:
+        direction = " :[upward]" if node.upward else ""
+        return f"{node.abstract.name} [OZ= {node.concrete.name} via {node.retrieve.name}{direction}"
+
+    def _print_subtype(self, node: z.Subtype, place: Place) -> Doc:
+        return f"{node.parent.name} [OZ= {node.child.name}"
+
     def _print_assert_option(self, node: s.AssertOption, place: Place) -> Doc | Printing:
         if node.events is not None:
             return self._priority(node.events)
@@ -257,7 +271,8 @@ def _begins_with_not(node: s.Expr) -> bool:
             case s.Prefix(channel=left) | s.Guard(condition=left):
                 node = left
             case (
-                s.Binary(left=left)
+                s.ClassParallel(left=left)
+                | s.Binary(left=left)
                 | s.Dot(left=left)
                 | s.ProcessBinary(left=left)
                 | s.Synchronised(left=left)

@@ -316,6 +316,9 @@ class Expressions:
     def _print_alphabetised_parallel(self, node: s.AlphabetisedParallel, place: Place) -> Printing:
         return (yield from self._row(node, place))
 
+    def _print_class_parallel(self, node: s.ClassParallel, place: Place) -> Printing:
+        return (yield from self._row(node, place))
+
     def _print_linked_parallel(self, node: s.LinkedParallel, place: Place) -> Printing:
         return (yield from self._row(node, place))
 
@@ -328,10 +331,13 @@ class Expressions:
         hiding = isinstance(node, s.Hide)
         brackets = not place.begins_row if hiding else level > place.level
         inside = part_of(place, brackets)
-        # Left of hiding stands everything; else operators of one level associate to the left, parallel ones do not.
+        # Left of hiding stands everything; else operators of one level associate to the left, parallel ones (but
+        # for compositions of classes) do not.
         alone = level == PROCESS_LEVELS["[|"]
         spine = [node]
-        while not alone and _level(left := _left(spine[-1])) == level:
+        while _level(left := _left(spine[-1])) == level and (
+            not alone or (isinstance(left, s.ClassParallel) and isinstance(node, s.ClassParallel))
+        ):
             spine.append(left)
         spine.reverse()
         first = _left(spine[0])
@@ -366,6 +372,8 @@ class Expressions:
                 left_doc = yield left, ANYWHERE
                 right_doc = yield right, ANYWHERE
                 return cat("[ ", left_doc, " || ", right_doc, " ]")
+            case s.ClassParallel():
+                return "||"
             case s.LinkedParallel(links=links, statements=statements):
                 return (yield from self._links(links, statements))
         raise AssertionError(node)
@@ -532,17 +540,22 @@ def _level(node: s.Expr) -> int:
             return PROCESS_LEVELS["||"]
         case s.LinkedParallel():
             return PROCESS_LEVELS["<->"]
+        case s.ClassParallel():
+            return PROCESS_LEVELS["COMPOSES"]
         case s.Hide():
             return PROCESS_LEVELS["\\"]
         case _:
             return 0
 
 
+_ROWS: Final = (*(s.ProcessBinary, s.Synchronised, s.AlphabetisedParallel, s.LinkedParallel, s.ClassParallel, s.Hide),)
+
+
 def _left(node: s.Expr) -> s.Expr:
-    assert isinstance(node, s.ProcessBinary | s.Synchronised | s.AlphabetisedParallel | s.LinkedParallel | s.Hide)
+    assert isinstance(node, _ROWS)
     return node.process if isinstance(node, s.Hide) else node.left
 
 
 def _right(node: s.Expr) -> s.Expr:
-    assert isinstance(node, s.ProcessBinary | s.Synchronised | s.AlphabetisedParallel | s.LinkedParallel | s.Hide)
+    assert isinstance(node, _ROWS)
     return node.events if isinstance(node, s.Hide) else node.right

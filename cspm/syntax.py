@@ -266,6 +266,14 @@ class LinkedParallel(Expr):
 
 
 @dataclass(frozen=True, kw_only=True)
+class ClassParallel(Expr):
+    """``P || Q``: classes, or compositions of them, joined on the channels that both declare; left associative."""
+
+    left: Expr
+    right: Expr
+
+
+@dataclass(frozen=True, kw_only=True)
 class Hide(Expr):
     r"""``P \ A``, or with ``keep`` the projection ``P |\ A``."""
 
@@ -403,6 +411,10 @@ class BothPattern(Pattern):
 
 
 # --- declarations --------------------------------------------------------------------------------------------
+
+
+class Paragraph(Declaration):
+    """A paragraph of Object-Z, at the top of a script or inside a class; the forms are in :mod:`cspm.oz.syntax`."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -79,6 +79,10 @@ class ProcessRules(ExpressionRules):
         self.check(node.right_alphabet, EVENTS, "the right alphabet of `[ || ]`")
         return PROC
 
+    def _classparallel(self, node: syntax.ClassParallel) -> Type:
+        self._operands(node.left, node.right, "||")
+        return PROC
+
     def _hide(self, node: syntax.Hide) -> Type:
         operator = "|\\" if node.keep else "\\"
         self._process(node.process, f"the left operand of `{operator}`")

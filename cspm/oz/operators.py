@@ -96,7 +96,7 @@ SPELLINGS: Final = (
     # function spaces
     _infix("rel", 8, "<->", "↔", r"\rel", "right"),
     _infix("pfun", 8, "-|->", "⇸", r"\pfun", "right"),
-    _infix("fun", 8, "--> ->", "→", r"\fun \tfun \to", "right"),
+    _infix("fun", 8, "-> -->", "→", r"\fun \tfun \to", "right"),
     _infix("pinj", 8, ">-|->", "⤔", r"\pinj", "right"),
     _infix("inj", 8, ">-->", "↣", r"\inj \tinj", "right"),
     _infix("psurj", 8, "-|->>", "⤀", r"\psurj", "right"),

@@ -14,6 +14,7 @@ from fractions import Fraction
 from typing import Literal
 
 from cspm.syntax import Assertion, Declaration, NameDeclaration, Node
+from cspm.syntax import Paragraph as Paragraph
 
 
 class Term(Node):
@@ -164,10 +165,6 @@ class Local(Term):
 
 
 # --- paragraphs --------------------------------------------------------------------------------------------------
-
-
-class Paragraph(Declaration):
-    """A paragraph of Object-Z, at the top of the script or inside a class."""
 
 
 @dataclass(frozen=True, kw_only=True)
