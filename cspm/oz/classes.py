@@ -53,6 +53,8 @@ class Classes:
         """The given sets that generic parameters stand for, beside all names of the script."""
         self._built: dict[tuple[str, tuple[core.Term, ...]], _Built] = {}
         self._open: list[str] = []
+        self.unclear: set[str] = set()
+        """Channels with a declaration that is wrong: nothing can be said of how classes share them."""
 
     def all(self) -> Mapping[str, core.ClassModel]:
         """Every class of the script as it stands, in the order of the text."""
@@ -301,6 +303,7 @@ class _Builder:
                 carrier = self.classes.typing.carrier(declaration.carrier, self.scope)
             except Wrong as wrong:
                 self.report(wrong.diagnostic)
+                self.classes.unclear.update(declared.name for declared in interface.names)
                 continue
             assert isinstance(carrier.type, core.SetType)
             for name in declaration.names:

@@ -96,8 +96,7 @@ class _Elaboration:
         classes = Classes(trees, self.typing, self.scope, paragraphs, self.report)
         models = classes.all()
         outside = [d for d in self.declarations if not isinstance(d, s.Paragraph)]
-        if not self._errors():
-            compare_interfaces(models, outside, self.report)
+        compare_interfaces(models, outside, classes.unclear, self.report)
         retrieves = {}
         for declaration in self.declarations:
             if isinstance(declaration, s.Retrieve):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 
 from cspm import syntax
 from cspm.diagnostics import Diagnostic
@@ -15,7 +15,10 @@ Report = Callable[[Diagnostic], None]
 
 
 def compare_interfaces(
-    models: Mapping[str, core.ClassModel], outside: Sequence[syntax.Declaration], report: Report
+    models: Mapping[str, core.ClassModel],
+    outside: Sequence[syntax.Declaration],
+    unclear: Collection[str],
+    report: Report,
 ) -> None:
     """Compare the channels of all classes of a script.
 
@@ -25,10 +28,13 @@ def compare_interfaces(
     Args:
         models: the classes.
         outside: the CSPm declarations of the script, whose processes may be partners too.
+        unclear: channels that cannot be compared, as something is wrong with them already.
         report: told what does not match.
     """
     agreed = set()
     for name, users in _sharing(list(models.values())).items():
+        if name in unclear:
+            continue
         users = _without_ancestors(users, models)
         if all(_compared(users[0], other, report) for other in users[1:]):
             agreed.add(name)
