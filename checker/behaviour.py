@@ -17,7 +17,7 @@ from checker.running import distinct_names
 from checker.search import Exploration
 from checker.told import Told
 from checker.transitions_rows import Row
-from checker.verdict import ComponentBehaviour, Counterexample
+from checker.verdict import ComponentBehaviour, Counterexample, ReplayedRun
 from cspm.events import FIRST_EVENT, TAU, TICK, EventTable
 from cspm.process import STOP, Process
 from cspm.process_text import describe
@@ -71,6 +71,11 @@ class Behaviour:
         inside = self._told.causes if self._told is not None else (None,) * len(self.path)
         causes = [self._cause(step, told) for step, told in zip(self.path, inside, strict=True)]
         return tuple(None if cause is None else self.events.name(cause) for cause in causes)
+
+    @property
+    def run(self) -> ReplayedRun | None:
+        """The run as terms, once it has been confirmed."""
+        return None if self._told is None else ReplayedRun(self.process, self._told.run)
 
     def loop_names(self, loop: Sequence[Step]) -> tuple[str, ...]:
         """A cycle of taus by what was hidden in them; ``tau`` where nothing was."""
@@ -271,6 +276,7 @@ def diverging(
         loop=behaviour.loop_names(loop),
         loop_parts=behaviour.loop_parts(loop),
         components=behaviour.components(),
+        run=behaviour.run,
     )
 
 

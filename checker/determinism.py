@@ -212,5 +212,6 @@ def _explained(context: Context, process: Process, trace: Trace) -> Counterexamp
         event=name,
         refusal=(name,),
         components=behaviour.components(),
+        run=behaviour.run,
         alternative=(*other.trace, name),
     )

@@ -93,6 +93,7 @@ def _deadlock(context: Context, process: Process, exploration: Exploration, path
         behaviour.causes,
         refusal=behaviour.alphabet(),
         components=behaviour.components(),
+        run=behaviour.run,
         waiting_cycle=behaviour.waiting_cycle(),
     )
 
@@ -151,4 +152,5 @@ def _refusal(along: Along, offers: Offers, here: BoolArray, event: int) -> Count
         refusal=(name,),
         allowed=(behaviour.names(offers.possible),),
         components=behaviour.components(),
+        run=behaviour.run,
     )

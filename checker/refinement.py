@@ -137,6 +137,7 @@ def _explained(
             event=events.name(event),
             allowed=(behaviour.names(normal_form.allowed(node)),),
             components=behaviour.components(),
+            run=behaviour.run,
             specification_trace=specification_trace,
             specification=run,
             event_parts=behaviour.parts_in(event),
@@ -158,6 +159,7 @@ def _explained(
         offered=behaviour.names(accepted),
         allowed=tuple(behaviour.names(acceptance) for acceptance in acceptances),
         components=behaviour.components(),
+        run=behaviour.run,
         specification_trace=specification_trace,
         specification=run,
     )

@@ -31,6 +31,11 @@ class Told:
         self._replay = replay
         self._runner = Runner(replay.semantics)
 
+    @cached_property
+    def run(self) -> tuple[tuple[int, Process], ...]:
+        """The events, each with the term after it."""
+        return tuple(self._replay.run())
+
     @property
     def causes(self) -> tuple[int | None, ...]:
         """For each step the event that was hidden in it, if one was."""
@@ -96,7 +101,7 @@ class Told:
     def _steps(self) -> list[tuple[Running, Performed]]:
         running = self._runner.start(self._process)
         steps = []
-        for event, after in self._replay.run():
+        for event, after in self.run:
             running, performed = self._runner.perform(running, event, after)
             steps.append((running, performed))
         return steps

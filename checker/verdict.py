@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from cspm.process import Process
 
 
 class Verdict(StrEnum):
@@ -56,6 +59,14 @@ class SpecificationRun:
 
 
 @dataclass(frozen=True, slots=True)
+class ReplayedRun:
+    """The run of a counterexample as terms: the process, and the events with the term after each."""
+
+    process: Process
+    steps: tuple[tuple[int, Process], ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Counterexample:
     """A behaviour that refutes an assertion.
 
@@ -80,6 +91,7 @@ class Counterexample:
             None where there is no such cycle.
         alternative: for nondeterminism, another run with the visible events of ``trace`` and then ``event``, which
             the run of ``trace`` ends by refusing.
+        run: the replayed run, for who wants to step through it; no part of what is told.
     """
 
     kind: CounterexampleKind
@@ -98,6 +110,7 @@ class Counterexample:
     values: dict[str, str] | None = None
     waiting_cycle: tuple[str, ...] | None = None
     alternative: tuple[str, ...] | None = None
+    run: ReplayedRun | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -189,15 +189,31 @@ def unknown_picture_format(path: str) -> Diagnostic:
 
 @mistake(
     "CSP912",
-    "no counterexample to draw",
-    explanation="`--trace` draws the counterexample of an assertion. One that passes, or has no verdict, has none.",
+    "no counterexample",
+    explanation="""
+`graph --trace` draws the counterexample of an assertion, and `probe --at` steps through it. An assertion that passes,
+or has no verdict, has none.
+""",
     example="""
 channel a
 P = a -> P
 assert P :[deadlock free]
 """,
-    repair="draw the machine itself, or name an assertion that fails",
+    repair="draw or probe the process itself, or name an assertion that fails",
 )
 def no_counterexample(assertion: str, verdict: str) -> Diagnostic:
     """The verdict of *assertion* came without a counterexample."""
-    return Diagnostic("CSP912", f"`{assertion}` has no counterexample to draw: its verdict is {verdict}")
+    return Diagnostic("CSP912", f"`{assertion}` has no counterexample: its verdict is {verdict}")
+
+
+@mistake(
+    "CSP913",
+    "no assertion on that line",
+    explanation="`FILE:LINE` means the assertion that stands on that line of the file, and there is none on it.",
+    example="cspcheck probe --at philosophers.csp:1",
+    repair="cspcheck probe --at philosophers.csp:30",
+)
+def no_assertion_there(place: str, assertions: Sequence[str]) -> Diagnostic:
+    """*place* is ``FILE:LINE``; *assertions* are those that there are, with their places."""
+    notes = ("the assertions are\n" + "\n".join(assertions[:10]) + ("\n..." if len(assertions) > 10 else ""),)
+    return Diagnostic("CSP913", f"no assertion at `{place}`", notes=notes if assertions else ())

@@ -16,6 +16,7 @@ VERBS = {
     "check": "Check the assertions of scripts (the default).",
     "typecheck": "Read scripts and check their names and types.",
     "fmt": "Print scripts in the standard layout, or rewrite them.",
+    "probe": "Step through a process, or through a counterexample.",
     "graph": "Draw a machine, an architecture or a counterexample.",
     "explain": "Say what an error code means, with an example and its repair.",
     "examples": "List, print or copy the examples that come with cspcheck.",

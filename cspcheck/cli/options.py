@@ -58,16 +58,19 @@ def _all(*options: Callable[[F], F]) -> Callable[[F], F]:
     return decorate
 
 
+color_option = click.option(
+    "--color",
+    type=click.Choice(["auto", "always", "never"]),
+    default="auto",
+    show_default=True,
+    help="Colour; `auto` colours terminals and honours NO_COLOR and FORCE_COLOR.",
+)
+"""--color."""
+
 manner_options = _all(
     click.option("-q", "--quiet", count=True, help="Only what is wrong: no progress, no warnings."),
     click.option("-v", "--verbose", count=True, help="Everything: nothing folded, tracebacks of internal errors."),
-    click.option(
-        "--color",
-        type=click.Choice(["auto", "always", "never"]),
-        default="auto",
-        show_default=True,
-        help="Colour; `auto` colours terminals and honours NO_COLOR and FORCE_COLOR.",
-    ),
+    color_option,
 )
 """-q, -v, --color."""
 

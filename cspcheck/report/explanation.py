@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterator, Sequence
 from itertools import zip_longest
 from typing import Literal
 
 from checker.verdict import ComponentBehaviour, Counterexample
 from cspcheck.quantities import count
-from cspcheck.report.sentences import are_few, circle_sentence, is_short, sentence, stopped_sentence
+from cspcheck.report.sentences import are_few, as_sentence, circle_sentence, is_short, sentence, stopped_sentence
 from cspcheck.report.steps import folded, names, step_lines, step_text
-from cspcheck.report.style import Style, columns, harmless, pad
+from cspcheck.report.style import Style, columns, harmless, pad, wrapped
 from cspcheck.result import Result
 
 _ACCEPTANCES = 8
@@ -33,7 +32,7 @@ def explanation(result: Result, style: Style, detail: Detail = "folded", hint: s
     words = sentence(result)
     if not words:
         return []
-    lines = _wrap(_sentence_case(words), style.width - 2)
+    lines = wrapped(as_sentence(words), style.width - 2)
     if result.counterexample is not None and detail != "sentence":
         for block in _Explanation(result, result.counterexample, style, detail == "whole", hint).blocks():
             if block:
@@ -87,26 +86,26 @@ class _Explanation:
         if counterexample.kind == "nondeterminism":
             other = counterexample.alternative
             if other is not None:
-                lines += _wrap(f"Another run performs it: <{', '.join(other)}>.", self.width)
+                lines += wrapped(f"Another run performs it: <{', '.join(other)}>.", self.width)
         elif counterexample.kind == "refusal" and self.result.specification is not None:
             if counterexample.refusal is not None and not is_short(counterexample.refusal):
-                lines += _wrap(f"The implementation refuses there {self._set(counterexample.refusal)}.", self.width)
+                lines += wrapped(f"The implementation refuses there {self._set(counterexample.refusal)}.", self.width)
             if counterexample.offered is not None and not is_short(counterexample.offered):
-                lines += _wrap(f"It offers there only {self._set(counterexample.offered)}.", self.width)
+                lines += wrapped(f"It offers there only {self._set(counterexample.offered)}.", self.width)
             if counterexample.allowed is not None and not are_few(counterexample.allowed):
                 lines += self._acceptances(counterexample.allowed)
         elif counterexample.kind in ("trace", "refusal") and counterexample.allowed is not None:
             events = tuple(dict.fromkeys(event for acceptance in counterexample.allowed for event in acceptance))
             who = "The specification allows there" if self.result.specification is not None else "Possible there:"
-            lines += _wrap(f"{who} {self._set(events) if events else 'no event at all'}.", self.width)
+            lines += wrapped(f"{who} {self._set(events) if events else 'no event at all'}.", self.width)
         return lines
 
     def _acceptances(self, acceptances: Sequence[Sequence[str]]) -> list[str]:
         if len(acceptances) == 1:
-            return _wrap(f"The specification offers there {self._set(acceptances[0])}.", self.width)
+            return wrapped(f"The specification offers there {self._set(acceptances[0])}.", self.width)
         shown = acceptances if self.everything else acceptances[:_ACCEPTANCES]
         lines = ["The specification offers there all of at least one of these sets:"]
-        lines += [line for acceptance in shown for line in _wrap(self._set(acceptance), self.width, "  ", "   ")]
+        lines += [line for acceptance in shown for line in wrapped(self._set(acceptance), self.width, "  ", "   ")]
         if len(acceptances) > len(shown):
             lines.append(f"  {self.style.ellipsis} {count(len(acceptances) - len(shown), 'set')} not shown{self.hint}")
         return lines
@@ -121,12 +120,12 @@ class _Explanation:
         """For a deadlock the circle of waiting, or who it is that others wait for in vain."""
         counterexample = self.counterexample
         if counterexample.waiting_cycle:
-            return _wrap(circle_sentence(counterexample.waiting_cycle) + ".", self.width)
+            return wrapped(circle_sentence(counterexample.waiting_cycle) + ".", self.width)
         present = [part for part in counterexample.components if part.state]
         stuck = [part.name for part in present if not part.offers]
         if counterexample.kind != "deadlock" or not stuck or len(present) == 1:
             return []
-        return _wrap(stopped_sentence(stuck) + ".", self.width)
+        return wrapped(stopped_sentence(stuck) + ".", self.width)
 
     def _values(self) -> list[str]:
         values = self.counterexample.values
@@ -179,19 +178,4 @@ class _Explanation:
         if component.waiting_for:
             parts.append(("waits for", ", ".join(component.waiting_for)))
         for head, text in parts:
-            yield from _wrap(harmless(text), self.width, f"    {head:<11}", " " * 15)
-
-
-def _sentence_case(text: str) -> str:
-    return f"{text[:1].upper()}{text[1:]}" + ("" if text.endswith((".", "…")) else ".")
-
-
-def _wrap(text: str, width: int, first: str = "", rest: str = "") -> list[str]:
-    return textwrap.wrap(
-        harmless(text),
-        max(width, 30),
-        initial_indent=first,
-        subsequent_indent=rest,
-        break_long_words=False,
-        break_on_hyphens=False,
-    )
+            yield from wrapped(harmless(text), self.width, f"    {head:<11}", " " * 15)

@@ -13,18 +13,20 @@ _LONGEST_NAME = 32
 
 def sentence(result: Result) -> str:
     """Why the verdict is what it is, and what the script expects of it, without a full stop; empty for a plain pass."""
-    why = _why(result)
+    reason = why(result)
     if result.expected is Verdict.PASS:
-        return why
+        return reason
+    behind = f": {reason}" if reason else ""
     if result.as_expected:
-        return f"{_VERBS[result.verdict]}, as the script expects" + (f": {why}" if why else "")
-    return f"{_VERBS[result.verdict]}, but the script expects `{result.expected}`" + (f": {why}" if why else "")
+        return f"{_VERBS[result.verdict]}, as the script expects{behind}"
+    return f"{_VERBS[result.verdict]}, but the script expects `{result.expected}`{behind}"
 
 
 _VERBS = {Verdict.PASS: "it passes", Verdict.FAIL: "it fails", Verdict.UNKNOWN: "it is unknown", Verdict.ERROR: "error"}
 
 
-def _why(result: Result) -> str:
+def why(result: Result) -> str:
+    """Why the verdict is what it is, whatever the script expects; empty for a plain pass."""
     counterexample = result.counterexample
     if result.verdict is Verdict.ERROR:
         return result.reason or (result.diagnostics[0].message if result.diagnostics else "it could not be checked")
@@ -153,3 +155,8 @@ def stopped_sentence(names: Sequence[str]) -> str:
     if len(names) > _SHORT:
         return f"Nobody waits in a circle; {len(names):,} components offer nothing any more"
     return f"Nobody waits in a circle; {', '.join(names[:-1])} and {names[-1]} offer nothing any more"
+
+
+def as_sentence(text: str) -> str:
+    """Words with a capital letter and a full stop."""
+    return f"{text[:1].upper()}{text[1:]}" + ("" if text.endswith((".", "…")) else ".")

@@ -131,3 +131,17 @@ def harmless(text: str) -> str:
     Control characters and the bidirectional overrides become U+FFFD; tabs and line breaks stay.
     """
     return text.translate(_CONTROL)
+
+
+def wrapped(text: str, width: int, first: str = "", rest: str = "") -> list[str]:
+    """*text* in lines of about *width* columns, the first one behind *first*, the others behind *rest*."""
+    import textwrap
+
+    return textwrap.wrap(
+        harmless(text),
+        max(width, 30),
+        initial_indent=first,
+        subsequent_indent=rest,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
