@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 PROMPT = "> "
 
 
-@click.command(short_help="Step through a process in the terminal.")
+@click.command(short_help="Step through a process, or through a counterexample.")
 @click.argument("file", metavar="[FILE]", required=False, type=click.Path(allow_dash=True))
 @click.argument("process", metavar="[PROCESS]", required=False)
 @click.option("--at", metavar="FILE:LINE", help="Replay the counterexample of the assertion on that line.")
