@@ -18,6 +18,8 @@ from checker.search import Progress
 from checker.transitions import UnsupportedOperator
 from checker.verdict import Limits, Outcome, Verdict
 from cspm.events import EventSet, EventTable
+from cspm.oz.core import Specification
+from cspm.oz.syntax import DataRefinement, Obligations, Subtype
 from cspm.process import Prioritised, Process
 from cspm.syntax import (
     Assertion,
@@ -75,6 +77,7 @@ class Checker:
     ) -> None:
         self._script = script
         self._limits = limits
+        self._elaborated: Specification | None = None
         kept = KEPT_BYTES if limits.memory_bytes is None else min(KEPT_BYTES, limits.memory_bytes // 2)
         self._machines = Machines(
             workers=workers or os.cpu_count() or 1,
@@ -116,7 +119,19 @@ class Checker:
             trace = () if assertion.trace is None else self._script.trace(assertion.trace)
             process = self._process(assertion.process, assertion.options)
             return self.check_property(process, assertion.kind, model, trace, budget)
+        if isinstance(assertion, Obligations | DataRefinement | Subtype):
+            from checker.proof.answer import answer
+
+            return answer(assertion, self._specification(), self._limits.seconds)
         raise TypeError(f"not an assertion: {assertion!r}")
+
+    def _specification(self) -> Specification:
+        """The Object-Z part of the script."""
+        if self._elaborated is None:
+            from cspm.oz.elaboration import elaborate
+
+            self._elaborated = elaborate(self._script.tree).specification
+        return self._elaborated
 
     def check_refinement(
         self, specification: Process, model: Model, implementation: Process, budget: Budget | None = None

@@ -8,7 +8,7 @@ from checker.verdict import Verdict
 from cspcheck.quantities import count, show_seconds
 from cspcheck.report.diagnostics import render_diagnostic
 from cspcheck.report.explanation import Detail, explanation
-from cspcheck.report.style import PLAIN, Style, columns, harmless
+from cspcheck.report.style import PLAIN, Style, columns, harmless, wrapped
 from cspcheck.result import Result, Summary
 from cspm.diagnostics import Diagnostic
 
@@ -95,10 +95,12 @@ def _took(result: Result) -> str:
 
 def _below(result: Result, style: Style, verbosity: int) -> list[str]:
     """The lines below the headline: nothing for a pass, a sentence where the script expects what came out."""
+    remarks = [line for remark in result.remarks for line in wrapped(f"note: {harmless(remark)}", style.width - 2)]
     if result.verdict is Verdict.PASS and result.as_expected and verbosity <= 0:
-        return []
+        return remarks
     detail: Detail = "whole" if verbosity > 0 else "sentence" if result.as_expected else "folded"
-    return explained(result, style, detail, "-v shows them")
+    lines = explained(result, style, detail, "-v shows them")
+    return [*lines, *([""] if lines and remarks else []), *remarks]
 
 
 def explained(result: Result, style: Style, detail: Detail = "folded", hint: str = "") -> list[str]:
