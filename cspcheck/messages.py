@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from cspm.diagnostics import Diagnostic, Severity, mistake
+from cspm.source import Span
 
 
 @mistake(
@@ -217,3 +218,80 @@ def no_assertion_there(place: str, assertions: Sequence[str]) -> Diagnostic:
     """*place* is ``FILE:LINE``; *assertions* are those that there are, with their places."""
     notes = ("the assertions are\n" + "\n".join(assertions[:10]) + ("\n..." if len(assertions) > 10 else ""),)
     return Diagnostic("CSP913", f"no assertion at `{place}`", notes=notes if assertions else ())
+
+
+@mistake(
+    "CSP914",
+    "unknown setting",
+    explanation="""
+The table `[tool.cspcheck]` of `pyproject.toml` has a key that cspcheck does not know, so what it is meant to do would
+not be done. The keys are `format`, `timeout`, `max-memory`, `max-states`, `workers`, `full`, `typecheck`, `color`,
+`quiet`, `verbose` and the table `definitions`.
+""",
+    example="""
+[tool.cspcheck]
+time-out = "5m"
+""",
+    repair="""
+[tool.cspcheck]
+timeout = "5m"
+""",
+)
+def unknown_setting(key: str, close: Sequence[str], known: Sequence[str], place: Span | None) -> Diagnostic:
+    """*key* is none of the *known* ones; *close* are those that look like it."""
+    hint = f"did you mean {' or '.join(f'`{c}`' for c in close)}?" if close else f"the keys are {', '.join(known)}"
+    return Diagnostic("CSP914", f"`[tool.cspcheck]` has no setting `{key}`", place, help=hint)
+
+
+@mistake(
+    "CSP915",
+    "a setting with a wrong value",
+    explanation="""
+A value in the table `[tool.cspcheck]` of `pyproject.toml` means nothing. Values are written as on the command line:
+times and sizes as text (`"5m"`, `"8GiB"`), switches as `true` or `false`, definitions as numbers or as text in CSPm.
+""",
+    example="""
+[tool.cspcheck]
+timeout = "soon"
+""",
+    repair="""
+[tool.cspcheck]
+timeout = "5m"
+""",
+)
+def wrong_setting(key: str, message: str, place: Span | None) -> Diagnostic:
+    """*message* says what is wrong with the value of *key*."""
+    return Diagnostic("CSP915", f"setting `{key}`: {message}", place)
+
+
+@mistake(
+    "CSP916",
+    "a settings file that cannot be read",
+    explanation="The file `pyproject.toml` speaks of cspcheck and is not valid TOML, so its settings are not known.",
+    example="""
+[tool.cspcheck
+timeout = "5m"
+""",
+    repair="""
+[tool.cspcheck]
+timeout = "5m"
+""",
+)
+def unreadable_settings(name: str, message: str) -> Diagnostic:
+    """*message* is what the TOML reader says about the file *name*."""
+    return Diagnostic("CSP916", f"cannot read `{name}`: {message[:1].lower()}{message[1:]}")
+
+
+@mistake(
+    "CSP917",
+    "nothing to sweep over",
+    explanation="""
+`cspcheck sweep` checks scripts for several values of a constant, given with `-D`: a range `N=2..8`, or values separated
+by commas, `N=2,4,8`. Commas inside brackets belong to a value: `S={0},{0,1}` are two. Several `-D` are combined.
+""",
+    example="cspcheck sweep philosophers.csp",
+    repair="cspcheck sweep philosophers.csp -D N=2..8",
+)
+def nothing_to_sweep() -> Diagnostic:
+    """No definition was given."""
+    return Diagnostic("CSP917", "no values to sweep over", help="say which: `-D N=2..8`, `-D N=2,4,8`")

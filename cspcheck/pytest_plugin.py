@@ -105,18 +105,22 @@ def _included_below(folder: Path, config: pytest.Config) -> frozenset[Path]:
     return known[folder]
 
 
-def _settings(config: pytest.Config) -> Settings:
-    """How scripts are to be checked.
+def _settings(config: pytest.Config, script: Path | None = None) -> Settings:
+    """How scripts are to be checked: as the options say, else as the project of *script* says.
 
     Raises:
         pytest.UsageError: an option has a value that means nothing.
+        ScriptError: so has a setting of the project.
     """
     from cspcheck.checking import Settings, limits
+    from cspcheck.configuration import Configuration, configuration_for
     from cspcheck.quantities import parse_duration, parse_size
 
+    project = Configuration() if script is None else configuration_for(str(script))
+    said = project.settings
     try:
         seconds, size = config.getoption("csp_timeout"), config.getoption("csp_max_memory")
-        definitions: dict[str, str] = {}
+        definitions = dict(project.definitions)
         for definition in config.getoption("csp_define"):
             name, equals, expression = definition.partition("=")
             if not equals or not name.strip() or not expression.strip():
@@ -124,14 +128,14 @@ def _settings(config: pytest.Config) -> Settings:
             definitions[name.strip()] = expression.strip()
         return Settings(
             limits=limits(
-                _positive("--csp-max-states", config.getoption("csp_max_states")),
-                None if seconds is None else parse_duration(seconds),
-                None if size is None else parse_size(size),
+                _positive("--csp-max-states", config.getoption("csp_max_states")) or said.get("max_states"),
+                said.get("timeout") if seconds is None else parse_duration(seconds),
+                said.get("max_memory") if size is None else parse_size(size),
             ),
-            workers=_positive("--csp-workers", config.getoption("csp_workers")),
-            full=config.getoption("csp_full"),
+            workers=_positive("--csp-workers", config.getoption("csp_workers")) or said.get("workers"),
+            full=config.getoption("csp_full") or said.get("full", False),
             definitions=definitions,
-            typecheck=not config.getoption("csp_no_typecheck"),
+            typecheck=not config.getoption("csp_no_typecheck") and said.get("typecheck", True),
         )
     except ValueError as error:
         raise pytest.UsageError(f"cspcheck: {error}") from None
@@ -158,7 +162,7 @@ class ScriptFile(pytest.File):
 
         name = _shown(self.path)
         try:
-            self._loaded = load(name, _settings(self.config))
+            self._loaded = load(name, _settings(self.config, self.path))
         except ScriptError as error:
             raise self.CollectError(_render(error.diagnostics, self.config)) from None
         except Exception as error:
@@ -178,7 +182,7 @@ class ScriptFile(pytest.File):
         from cspcheck.checking import NoWatch, check, checker_for
 
         if self._checker is None:
-            self._checker = checker_for(self._loaded, _settings(self.config), NoWatch())
+            self._checker = checker_for(self._loaded, _settings(self.config, self.path), NoWatch())
         return check(self._checker, assertion)
 
 
@@ -259,7 +263,7 @@ class Scripts:
         self._config = config
 
     def load(self, path: str | os.PathLike[str], *, definitions: Mapping[str, object] | None = None) -> Script:
-        """A script, as :func:`cspcheck.load` gives it, with the ``--csp-`` options as its defaults.
+        """A script as :func:`cspcheck.load` gives it; the options and the project's settings are its defaults.
 
         A relative path is looked up in the current folder, then in pytest's root folder.
 
@@ -272,7 +276,7 @@ class Scripts:
         if not place.is_absolute() and not place.exists():
             rooted = self._config.rootpath / place
             place = rooted if rooted.exists() else place
-        return load_with(os.fspath(place), _settings(self._config), definitions or {})
+        return load_with(os.fspath(place), _settings(self._config, place), definitions or {})
 
 
 @pytest.fixture(scope="session")

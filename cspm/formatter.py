@@ -40,7 +40,7 @@ def format_source(source: Source, *, width: int = WIDTH) -> str:
         ScriptError: the script does not parse.
     """
     script = parse_alone(source)
-    tokens = tokenise(source)
+    tokens = _tokens(source, script)[0]
     hints = _Hints(source, tokens)
     laid_out = lay_out(Printer(hints.broken).document(script), width)
     text = _weave(tokens, laid_out)
@@ -49,6 +49,16 @@ def format_source(source: Source, *, width: int = WIDTH) -> str:
     if print_script(again) != print_script(script) or len(again.comments) != len(script.comments):
         raise AssertionError("formatting would change the script")
     return text
+
+
+def _tokens(source: Source, script: s.Script | None = None) -> tuple[Tokens, frozenset[int]]:
+    """The tokens of a script, those inside Object-Z paragraphs included, and where the latter start."""
+    tokens = tokenise(source)
+    if "PARAGRAPH" not in tokens.kinds:
+        return tokens, frozenset()
+    from cspm.oz.expansion import expanded
+
+    return expanded(tokens, parse_alone(source) if script is None else script)
 
 
 class _Hints:
@@ -104,7 +114,7 @@ class _Comment:
 
 def _weave(tokens: Tokens, laid_out: str) -> str:
     """The text *laid_out* with the comments and the blank lines between declarations of the source."""
-    made = tokenise(Source("<formatted>", laid_out))
+    made, spelt = _tokens(Source("<formatted>", laid_out))
     source_tokens, made_tokens = _Row(tokens), _Row(made)
     gaps = _aligned(source_tokens, made_tokens)
     out = _Text()
@@ -118,7 +128,8 @@ def _weave(tokens: Tokens, laid_out: str) -> str:
         for part, comment in _gap(blank, comments, apart, made_tokens, place):
             out.add(part, comment)
         end = made_tokens.ends[place]
-        out.add(laid_out[start:end])
+        # Object-Z has several spellings for most of its signs; each stays as it is.
+        out.add(source_tokens.words(taken[-1]) if start in spelt else laid_out[start:end])
     return out.finished()
 
 
@@ -216,6 +227,10 @@ class _Row:
         self._comments: dict[int, list[tuple[int, int]]] = {}
         for start, end in tokens.comments:
             self._comments.setdefault(bisect_left(self.starts, start), []).append((start, end))
+
+    def words(self, place: int) -> str:
+        """The characters of a token."""
+        return self.text[self.starts[place] : self.ends[place]]
 
     def indent(self, place: int) -> int:
         """The indentation of the line of the token before *place*."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
@@ -10,6 +11,7 @@ from cspm import syntax as s
 from cspm.printer_expressions import Expressions, Printing
 from cspm.printer_layout import HARD, LINE, SOFT, Doc, cat, group, join, nest
 from cspm.printer_places import ANYWHERE, Place, after_colon, bracketed, commas, enclosed
+from cspm.recursion import deep_recursion
 
 if TYPE_CHECKING:
     from cspm.oz import syntax as z
@@ -18,6 +20,9 @@ if TYPE_CHECKING:
 _SIMPLE: Final = Place(1)
 _DOTTED: Final = Place(2)
 _DOTABLE: Final = Place(3)
+
+_COMMENT = re.compile(r"--[^\n]*|\{-.*?-\}", re.DOTALL)
+_CONJUNCTION = re.compile(r"\band\b|∧|/\\")
 
 _HANGING: Final = (s.SetExpr, s.SequenceExpr, s.TupleExpr, s.MapExpr, s.Apply, s.Paren, s.Productions)
 """Bodies that stay on the line of their `=` when they need several lines."""
@@ -45,9 +50,31 @@ class Printer(Expressions):
         if isinstance(first, s.AnnotationDeclaration):
             return False
         large = (s.ModuleDeclaration, s.TimedDeclaration, s.FunctionDefinition, s.DatatypeDeclaration)
-        if isinstance(first, large) or isinstance(second, large):
+        if isinstance(first, large) or isinstance(second, large) or _is_block(first) or _is_block(second):
             return True
         return isinstance(second, s.AnnotationDeclaration) or type(first) is not type(second)
+
+    # --- Object-Z --------------------------------------------------------------------------------------------
+
+    def _paragraph(self, node: s.Paragraph) -> Printing:
+        from cspm.oz.printer import Paragraphs
+        from cspm.oz.syntax import Class
+
+        equations: list[Doc] = []
+        if isinstance(node, Class):
+            for equation in node.equations:
+                equations.append((yield equation, ANYWHERE))
+        printer = Paragraphs(self.symbols, self._broken, self._separate)
+        printer.from_source = self._breaks is not None
+        with deep_recursion():
+            return printer.paragraph(node, equations)
+
+    def _separate(self, first: s.Node, second: s.Node) -> bool:
+        """Whether two conjuncts of a branch stand on lines of their own in the source, with no `and` between."""
+        if self._breaks is None:
+            return False
+        between = first.span.source.text[first.span.end : second.span.start]
+        return not _CONJUNCTION.search(_COMMENT.sub("", between))
 
     # --- scripts and definitions -----------------------------------------------------------------------------
 
@@ -253,6 +280,10 @@ class Printer(Expressions):
             right = right.right
         doc = cat(*parts, (yield right, _DOTTED))
         return bracketed(doc) if place.level <= _SIMPLE.level else doc
+
+
+def _is_block(declaration: s.Declaration) -> bool:
+    return isinstance(declaration, s.Paragraph) and declaration.is_block
 
 
 def commas_filled(names: Sequence[str]) -> Doc:

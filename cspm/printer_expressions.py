@@ -55,8 +55,10 @@ class Hint(Protocol):
 class Expressions:
     """Prints expressions and patterns; declarations are added by a subclass."""
 
-    def __init__(self, breaks: Hint | None = None) -> None:
+    def __init__(self, breaks: Hint | None = None, *, symbols: bool = False) -> None:
         self._breaks = breaks
+        self.symbols = symbols
+        """Whether Object-Z paragraphs are written with mathematical symbols."""
 
     def document(self, node: s.Node, place: Place = ANYWHERE) -> Doc:
         """The document of any node."""
@@ -82,8 +84,13 @@ class Expressions:
                 return value
 
     def _print(self, node: s.Node, place: Place) -> Printing | Doc:
+        if isinstance(node, s.Paragraph):
+            return self._paragraph(node)
         method: Callable[[s.Node, Place], Printing | Doc] = getattr(self, _method(type(node).__name__))
         return method(node, place)
+
+    def _paragraph(self, node: s.Paragraph) -> Printing:
+        raise NotImplementedError  # a declaration
 
     def _broken(self, first: s.Node, second: s.Node, *, by_comment: bool = False) -> bool:
         return self._breaks is not None and self._breaks(first, second, by_comment=by_comment)

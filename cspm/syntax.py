@@ -10,7 +10,7 @@ tree outlives them) and never change the tree.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import ClassVar, Literal
 
 from cspm.source import Span
 
@@ -415,6 +415,9 @@ class BothPattern(Pattern):
 
 class Paragraph(Declaration):
     """A paragraph of Object-Z, at the top of a script or inside a class; the forms are in :mod:`cspm.oz.syntax`."""
+
+    is_block: ClassVar[bool] = False
+    """Whether it stands on lines of its own and ends with ``end``."""
 
 
 @dataclass(frozen=True, kw_only=True)

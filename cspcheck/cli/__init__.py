@@ -14,6 +14,7 @@ from cspcheck import __version__
 
 VERBS = {
     "check": "Check the assertions of scripts (the default).",
+    "sweep": "Check scripts for several values of their constants.",
     "typecheck": "Read scripts and check their names and types.",
     "fmt": "Print scripts in the standard layout, or rewrite them.",
     "probe": "Step through a process, or through a counterexample.",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cspcheck.cli import finish
-from cspcheck.cli.options import script_options
+from cspcheck.cli.options import ConfiguredCommand, definitions, script_options
 from cspcheck.messages import no_counterexample, too_large_to_draw, unknown_picture_format
 from cspm.diagnostics import ScriptError
 
@@ -21,7 +21,7 @@ MOST_STATES = 300
 FORMATS = (".svg", ".html", ".dot")
 
 
-@click.command(short_help="Draw a machine, an architecture or a counterexample.")
+@click.command(cls=ConfiguredCommand, short_help="Draw a machine, an architecture or a counterexample.")
 @click.argument("file", metavar="FILE", type=click.Path(allow_dash=True))
 @click.argument("process", metavar="PROCESS")
 @click.option(
@@ -31,6 +31,7 @@ FORMATS = (".svg", ".html", ".dot")
 @click.option("--trace", is_flag=True, help="PROCESS is an assertion: draw its counterexample as a sequence chart.")
 @click.option(
     "--max-states",
+    "most_states",
     type=click.IntRange(1),
     default=MOST_STATES,
     show_default=True,
@@ -49,14 +50,14 @@ def command(**options: Any) -> None:
     suffix = ".svg" if output in (None, "-") else os.path.splitext(str(output))[1].lower()
     if suffix not in FORMATS:
         raise ScriptError(unknown_picture_format(str(output)))
-    settings = checking.Settings(definitions=dict(options["definitions"]))
+    settings = checking.Settings(definitions=definitions(options))
     script = checking.load(options["file"], settings)
     if options["trace"]:
         text = _chart(script, settings, options["process"], suffix)
     elif options["architecture"]:
         text = _rendered(_architecture(script, options["process"]), suffix)
     else:
-        text = _rendered(_machine(script, options["process"], options["max_states"]), suffix)
+        text = _rendered(_machine(script, options["process"], options["most_states"]), suffix)
     with output_to(output) as stream:
         stream.write(text)
     finish(0)

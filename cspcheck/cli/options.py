@@ -1,20 +1,25 @@
-"""The options that verbs share, and the forms of their values."""
+"""The options that verbs share, the forms of their values, and where their defaults come from."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, TypeVar
+import os
+import re
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from cspcheck.quantities import parse_duration, parse_size
 from cspcheck.report import FORMATS
 
+if TYPE_CHECKING:
+    from cspcheck.checking import Settings
+
 F = TypeVar("F", bound=Callable[..., Any])
 
 
 class _Parsed(click.ParamType):  # type: ignore[type-arg]  # not generic before click 8.2
-    """A value that a function reads from text, which says with ValueError what is wrong with it."""
+    """A value that a function reads from text, which says with ValueError what is wrong with it; ``none`` is None."""
 
     def __init__(self, name: str, parse: Callable[[str], float | int]) -> None:
         self.name = name
@@ -24,13 +29,15 @@ class _Parsed(click.ParamType):  # type: ignore[type-arg]  # not generic before 
         """The number that *value* stands for."""
         if not isinstance(value, str):
             return value
+        if value == NONE:
+            return None
         try:
             return self._parse(value)
         except ValueError as error:
             self.fail(str(error), param, ctx)
 
 
-class _Definition(click.ParamType):  # type: ignore[type-arg]  # not generic before click 8.2
+class Definition(click.ParamType):  # type: ignore[type-arg]  # not generic before click 8.2
     """``NAME=EXPR``."""
 
     name = "name=expr"
@@ -45,8 +52,81 @@ class _Definition(click.ParamType):  # type: ignore[type-arg]  # not generic bef
         return name.strip(), expression.strip()
 
 
+def _above_zero(text: str) -> int:
+    if not text.isdecimal() or int(text) == 0:
+        raise ValueError(f"`{text}` is not a whole number above zero")
+    return int(text)
+
+
+NONE = "none"
+"""As the value of a limit: that there is none, whatever the project's settings say."""
 DURATION = _Parsed("time", parse_duration)
 SIZE = _Parsed("size", parse_size)
+NUMBER = _Parsed("number", _above_zero)
+
+_CONFIGURATION = "cspcheck.configuration"
+
+
+class ConfiguredCommand(click.Command):
+    """A verb whose options have the project's settings as their defaults (:mod:`cspcheck.configuration`)."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Read the settings for the first file that is named, then the arguments."""
+        if not ctx.resilient_parsing and not {"-h", "--help"} & set(args):
+            self._configure(ctx, args)
+        return super().parse_args(ctx, args)
+
+    def _configure(self, ctx: click.Context, args: list[str]) -> None:
+        from cspcheck.configuration import configuration_for
+
+        try:
+            given, _, _ = self.make_parser(ctx).parse_args(list(args))
+        except click.UsageError:
+            return  # which is told when the arguments are read again
+        named = given.get("at") or given.get("files") or given.get("file")
+        first = named[0] if isinstance(named, list | tuple) and named else named
+        configuration = configuration_for(_without_line(first) if isinstance(first, str) else None)
+        ctx.meta[_CONFIGURATION] = configuration
+        parameters = {parameter.name: parameter for parameter in self.params}
+        ctx.default_map = {
+            name: value
+            for name, value in configuration.settings.items()
+            if name in parameters and _is_possible(parameters[name], value)
+        }
+
+
+def _without_line(path: str) -> str:
+    match = re.fullmatch(r"(.+):\d+", path)
+    return match[1] if match and not os.path.exists(path) else path
+
+
+def _is_possible(parameter: click.Parameter, value: object) -> bool:
+    """Whether a setting is one of the choices of a verb that has fewer of them than others."""
+    return not isinstance(parameter.type, click.Choice) or value in parameter.type.choices
+
+
+def configured_definitions() -> dict[str, str]:
+    """The top-level constants that the project overrides, for the verb that is running."""
+    configuration = click.get_current_context().meta.get(_CONFIGURATION)
+    return {} if configuration is None else dict(configuration.definitions)
+
+
+def definitions(options: Mapping[str, Any]) -> dict[str, str]:
+    """The top-level constants to override: the project's, and on top of them those of the command line."""
+    return configured_definitions() | dict(options["definitions"])
+
+
+def settings(options: Mapping[str, Any], overrides: Mapping[str, str]) -> Settings:
+    """How scripts are loaded and checked, as the options say."""
+    from cspcheck.checking import Settings, limits
+
+    return Settings(
+        limits=limits(options["max_states"], options["timeout"], options["max_memory"]),
+        workers=options["workers"],
+        full=options["full"],
+        definitions=overrides,
+        typecheck=options["typecheck"],
+    )
 
 
 def _all(*options: Callable[[F], F]) -> Callable[[F], F]:
@@ -74,6 +154,15 @@ manner_options = _all(
 )
 """-q, -v, --color."""
 
+output_option = click.option(
+    "-o",
+    "--output",
+    type=click.Path(),
+    metavar="FILE",
+    help="Write the result to FILE, whole or not at all, instead of standard output.",
+)
+"""-o."""
+
 output_options = _all(
     click.option(
         "--format",
@@ -83,13 +172,7 @@ output_options = _all(
         show_default=True,
         help="Output form.",
     ),
-    click.option(
-        "-o",
-        "--output",
-        type=click.Path(),
-        metavar="FILE",
-        help="Write the result to FILE, whole or not at all, instead of standard output.",
-    ),
+    output_option,
 )
 """--format, -o."""
 
@@ -97,7 +180,7 @@ script_options = _all(
     click.option(
         "-D",
         "definitions",
-        type=_Definition(),
+        type=Definition(),
         multiple=True,
         metavar="NAME=EXPR",
         help="Override a top-level constant of the scripts.",
@@ -107,3 +190,39 @@ script_options = _all(
 
 files_argument = click.argument("files", nargs=-1, required=True, metavar="FILE...", type=click.Path(allow_dash=True))
 """FILE..."""
+
+assert_option = click.option(
+    "--assert",
+    "patterns",
+    multiple=True,
+    metavar="PATTERN",
+    help="Only the assertions whose text contains PATTERN; `*` stands for any characters, blanks do not count.",
+)
+"""--assert."""
+
+typecheck_option = click.option(
+    "--typecheck/--no-typecheck",
+    default=True,
+    show_default=True,
+    help="Whether types are checked; not for the odd script that only FDR2 accepted.",
+)
+"""--typecheck, --no-typecheck."""
+
+limit_options = _all(
+    click.option(
+        "--full/--no-full",
+        default=False,
+        help="Explore the whole state space: no reduction, no early stop, exact counts.",
+    ),
+    click.option("--timeout", type=DURATION, metavar="TIME", help="Give up an assertion after TIME (90s, 5m, 1h30m)."),
+    click.option(
+        "--max-memory",
+        type=SIZE,
+        metavar="SIZE",
+        help="Give up an assertion that needs more than SIZE (512MiB, 8GiB).  [default: 80% of the machine's memory]",
+    ),
+    click.option("--max-states", type=NUMBER, metavar="N", help="Give up an assertion with more than N states."),
+    click.option("--workers", type=NUMBER, metavar="N", help="Search threads.  [default: the machine's cores]"),
+    typecheck_option,
+)
+"""--full, --timeout, --max-memory, --max-states, --workers, --no-typecheck."""

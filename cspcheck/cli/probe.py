@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cspcheck.cli import finish
-from cspcheck.cli.options import color_option, script_options
+from cspcheck.cli.options import ConfiguredCommand, color_option, definitions, script_options
 
 if TYPE_CHECKING:
     from cspcheck.checking import Settings
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 PROMPT = "> "
 
 
-@click.command(short_help="Step through a process, or through a counterexample.")
+@click.command(cls=ConfiguredCommand, short_help="Step through a process, or through a counterexample.")
 @click.argument("file", metavar="[FILE]", required=False, type=click.Path(allow_dash=True))
 @click.argument("process", metavar="[PROCESS]", required=False)
 @click.option("--at", metavar="FILE:LINE", help="Replay the counterexample of the assertion on that line.")
@@ -40,7 +40,7 @@ def command(**options: Any) -> None:
     from cspcheck.cli.streams import StandardOutput
     from cspcheck.report.style import style_for
 
-    settings = checking.Settings(definitions=dict(options["definitions"]))
+    settings = checking.Settings(definitions=definitions(options))
     output = StandardOutput()
     style = style_for(sys.stdout, options["color"])
     probe, result = _counterexample(settings, options) if options["at"] else (_process(settings, options), None)

@@ -34,7 +34,9 @@ class Session:
         patterns: Sequence[Pattern] = (),
         color: ColorChoice = "auto",
         verbosity: int = 0,
+        label: str = "",
     ) -> None:
+        self._label = f"{label}: " if label else ""
         self._settings = settings
         self._report = report
         self._patterns = patterns
@@ -129,7 +131,7 @@ class Session:
     def _load(self, target: Target) -> Script | None:
         from cspcheck.checking import load
 
-        self.progress.begin(f"reading {target.path}")
+        self.progress.begin(f"{self._label}reading {target.path}")
         try:
             script = load(target.path, self._settings)
         except ScriptError as error:
@@ -148,7 +150,7 @@ class Session:
         checker = checker_for(script, self._settings, self.progress)
         for assertion in assertions:
             self._interrupts.poll()
-            self.progress.begin(assertion.text)
+            self.progress.begin(self._label + assertion.text)
             try:
                 result = check(checker, assertion)
                 code = exit_of(result)

@@ -7,10 +7,17 @@ from typing import Any
 import click
 
 from cspcheck.cli import finish
-from cspcheck.cli.options import files_argument, manner_options, output_options, script_options
+from cspcheck.cli.options import (
+    ConfiguredCommand,
+    definitions,
+    files_argument,
+    manner_options,
+    output_options,
+    script_options,
+)
 
 
-@click.command(short_help="Read scripts and check their names and types.")
+@click.command(cls=ConfiguredCommand, short_help="Read scripts and check their names and types.")
 @files_argument
 @output_options
 @script_options
@@ -30,7 +37,7 @@ def command(**options: Any) -> None:
     verbosity = options["verbose"] - options["quiet"]
     with output_to(options["output"]) as output:
         session = Session(
-            Settings(definitions=dict(options["definitions"])),
+            Settings(definitions=definitions(options)),
             scripts_report(options["form"], output.write, style_for(output.stream, options["color"]), verbosity),
             color=options["color"],
             verbosity=verbosity,

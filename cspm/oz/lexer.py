@@ -45,7 +45,6 @@ _SIGNS: Final = {
     "∣": "|",
     "□": "[]",
     "∥": "||",
-    "Δ": "DELTA",
 }
 
 INFIX: Final[dict[str, Spelling]] = {s.text[0]: s for s in SPELLINGS if s.kind in ("infix", "relation")}
@@ -55,6 +54,9 @@ POSTFIX: Final[dict[str, Spelling]] = {s.text[0]: s for s in SPELLINGS if s.kind
 NAME_ENDS: Final = frozenset(["NAME", "INT", "REAL", ")", "}", "]", "]]", "|)", "SEQUENCE_CLOSE", "true", "false"])
 OPERAND_ENDS: Final = NAME_ENDS | {"EMPTY"} | frozenset(POSTFIX)
 """Kinds behind which an operand is complete."""
+
+NAMING: Final = frozenset(kind for kind in PREFIX if kind.isalnum() and kind != "not")
+"""Words that are operators or names; a longer sign that begins with ``<`` is an operator behind them."""
 
 _CLOSERS: Final = {")": "(", "|)": "(|", "}": "{", "]": "[", "]]": "[[", ">>": "<<", "SEQUENCE_CLOSE": "SEQUENCE_OPEN"}
 _OPENERS: Final = frozenset(_CLOSERS.values())
@@ -67,7 +69,7 @@ for _spelling in SPELLINGS:
         _table.setdefault(_text, _spelling.text[0])
 for _word, _symbol in BINDERS.items():
     _SYMBOLS[_symbol] = _word
-_NUMBER_SYMBOLS: Final = {symbol: name for name, (symbol, _) in NUMBER_SETS.items()}
+_NAME_SYMBOLS: Final = {"Δ": "Delta", **{symbol: name for name, (symbol, _) in NUMBER_SETS.items()}}
 _WORDS["num"] = "int"
 
 RESERVED: Final = frozenset(_WORDS) - {"num"}
@@ -79,7 +81,7 @@ _TOKEN = re.compile(
     r"(?P<lines>\n\s*)"
     r"|(?P<comment>--(?!>{1,2}[ \t]+\S)[^\n]*)"
     r"|(?P<block>\{-(?!\s*\d+(?:\.\d+)?\s*(?:,|\.\.|\})))"
-    rf"|(?P<symbol>{'|'.join(re.escape(s) for s in sorted([*_SYMBOLS, *_NUMBER_SYMBOLS], key=len, reverse=True))})"
+    rf"|(?P<symbol>{'|'.join(re.escape(s) for s in sorted([*_SYMBOLS, *_NAME_SYMBOLS], key=len, reverse=True))})"
     rf"|(?P<name>{_NAME})(?P<decoration>'+|\?|!(?!=))?"
     r"|(?P<real>[0-9]+\.[0-9]+)"
     r"|(?P<int>[0-9]+)"
@@ -103,8 +105,7 @@ SECTION: Final = re.compile(
 
 PARAGRAPH: Final = re.compile(
     rf"(?:class|given|schema|retrieve)[ \t]+{_NAME}"
-    rf"|const[ \t]+{_NAME}[ \t]*(?:,|:(?!:))"
-    rf"|const{_EOL}\s*{_NAME}[ \t]*(?:,|:(?!:))"
+    rf"|const(?:\s|--[^\n]*\n|\{{-(?:(?!-\}})[\s\S])*-\}})+{_NAME}['?!]?[ \t]*(?:,|:(?!:))"
     rf"|reading[ \t]+(?:{_NAME}|[^\W0-9_])"
     r"|view[ \t]+[A-Za-z]"
     rf"|{_NAME}[ \t]*::=",
@@ -187,7 +188,10 @@ def tokens(source: Source, start: int, end: int, scan: Scan) -> Iterator[Token]:
             yield Token("$END", last, last, first=True, section=True)
             return
         token = Token("", begin, position, first=broken, tight=begin == last and last > start)
-        if broken and SECTION.match(text, begin, end):
+        if broken and (
+            SECTION.match(text, begin, end)
+            or (not open_brackets and previous in OPERAND_ENDS and ABBREVIATION.match(text, begin, end))
+        ):
             # No bracket goes over a section: what is open was meant to be closed before.
             token.section = True
             open_brackets.clear()
@@ -226,21 +230,19 @@ def tokens(source: Source, start: int, end: int, scan: Scan) -> Iterator[Token]:
 
 def _symbol_token(token: Token, symbol: str, previous: str, open_brackets: list[str]) -> None:
     """Decide what a sign is where it stands; it may be only the first character of what was found."""
-    behind_operand = previous in OPERAND_ENDS and not (token.first and not open_brackets)
+    begins_line = token.first and not open_brackets
+    behind_operand = previous in OPERAND_ENDS and not begins_line
     innermost = open_brackets[-1] if open_brackets else ""
-    if symbol in _NUMBER_SYMBOLS:
-        token.kind, token.value = "NAME", _NUMBER_SYMBOLS[symbol]
+    if symbol in _NAME_SYMBOLS or token.section:
+        token.kind, token.value = "NAME", _NAME_SYMBOLS.get(symbol, "visible")
         return
-    if symbol[0] == "<" and (not behind_operand if not (token.first and not open_brackets) else symbol in ("<", "<<")):
+    if symbol[0] == "<" and (symbol in ("<", "<<") if begins_line or previous in NAMING else not behind_operand):
         token.kind, token.end = "SEQUENCE_OPEN", token.start + 1
     elif symbol[0] == ">" and innermost == "SEQUENCE_OPEN":
         token.kind, token.end = "SEQUENCE_CLOSE", token.start + 1
     elif symbol == ">>" and innermost != "<<":
         token.kind, token.end = ">", token.start + 1
-    elif symbol in ("[[", "[]") and previous == ":":
-        # `chan c : []`, and no bag is a type.
-        token.kind, token.end = "[", token.start + 1
-    elif symbol == "[[" and behind_operand:
+    elif (symbol == "[]" and previous == ":") or (symbol == "[[" and behind_operand):  # `chan c : []`
         token.kind, token.end = "[", token.start + 1
     elif symbol == "]]" and innermost != "[[":
         token.kind, token.end = "]", token.start + 1
@@ -325,7 +327,7 @@ def _block_end(source: Source, first: Token, second: Token, stream: Iterator[Tok
                 closable and token.value == "Delta"
             )
             schema = schema or token.value == "schema"
-        elif token.section and token.kind not in ("where", "DELTA"):
+        elif token.section and token.kind != "where":
             closable = False
     raise AssertionError("the last token is the end")
 

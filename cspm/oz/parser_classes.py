@@ -87,7 +87,7 @@ class Classes(Paragraphs):
         except Stuck as stuck:
             self.errors.append(stuck.diagnostic)
             self.skip_line(start)
-            while not self.token.section or self.token.kind in ("where", "DELTA") or self.at_word("Delta"):
+            while not self.token.section or self.token.kind == "where" or self.at_word("Delta"):
                 self.at += 1
 
     def _section(self, parts: _Parts) -> None:
@@ -98,7 +98,7 @@ class Classes(Paragraphs):
             return
         word = str(token.value) if token.kind == "NAME" else token.kind
         read = self._readers.get(word)
-        if read is not None and (token.section or word in ("DELTA", "where")) and word != "main":
+        if read is not None and token.section:
             read(self, parts)
         elif token.kind == "NAME" and self._is_definition():
             parts.paragraphs.append(self.one())
@@ -203,7 +203,7 @@ class Classes(Paragraphs):
         self._once(parts, "state", self.take())
         primary = self.declarations()
         secondary: tuple[z.Declare, ...] = ()
-        if self.at_word("Delta") or self.token.kind == "DELTA":
+        if self.at_word("Delta"):
             self.take()
             secondary = self.declarations()
         predicates = self.where()
@@ -268,7 +268,7 @@ class Classes(Paragraphs):
 
     def _delta(self) -> tuple[s.NameDeclaration, ...] | None:
         token = self.token
-        if not (token.kind == "DELTA" or (token.kind == "NAME" and token.value == "Delta")):
+        if not (token.kind == "NAME" and token.value == "Delta"):
             return None
         self.take()
         if self.token.kind != "(":
@@ -288,7 +288,7 @@ class Classes(Paragraphs):
         predicates: tuple[z.Term, ...] = ()
         if self.token.kind not in ("|", "]"):
             declarations = self.bound() if self.at_declaration() else ()
-            if not declarations:
+            if not declarations and delta is None:
                 predicates = tuple(self.list_of(self.expression, ";"))
         if self.token.kind == "|":
             self.take()
@@ -403,7 +403,6 @@ class Classes(Paragraphs):
 
     _readers: Final[Mapping[str, Callable[[Classes, _Parts], None]]] = {
         "visible": _visible,
-        "filter": _visible,
         "inherit": _inherit,
         "chan": _interface,
         "method": _interface,
@@ -416,7 +415,6 @@ class Classes(Paragraphs):
         "INIT": _initial,
         "op": _operation,
         "Delta": _misplaced,
-        "DELTA": _misplaced,
         "where": _misplaced,
     }
 

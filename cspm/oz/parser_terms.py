@@ -15,7 +15,7 @@ from typing import Final, NoReturn, TypeVar, cast
 from cspm.diagnostics import Diagnostic, Label
 from cspm.messages import classes_syntax as messages
 from cspm.oz import syntax as z
-from cspm.oz.lexer import INFIX, POSTFIX, PREFIX, RESERVED, Token, continues
+from cspm.oz.lexer import BINDERS, INFIX, NAMING, POSTFIX, PREFIX, RESERVED, Token, continues
 from cspm.oz.operators import RELATION
 from cspm.source import Source, Span
 from cspm.syntax import NameDeclaration
@@ -29,7 +29,8 @@ CLOSERS: Final = {"(": ")", "{": "}", "[": "]", "[[": "]]", "(|": "|)", "<<": ">
 _ARGUMENT_STARTS: Final = frozenset(
     ["NAME", "INT", "REAL", "true", "false", "EMPTY", "(", "{", "[[", "SEQUENCE_OPEN", "(|", "LITERAL"]
 )
-_WORD_OPERATORS: Final = frozenset(kind for kind in PREFIX if kind.isalnum() and kind != "not")
+_EXTENDS: Final = frozenset([*BINDERS, "if", "let"])
+_WORD_OPERATORS: Final = NAMING
 """Prefix operators that are words: names where nothing follows that they could be applied to."""
 
 
@@ -256,9 +257,9 @@ class Terms:
         following = self.peek()
         if following.section or (following.first and not self.open):
             return False
-        if following.kind in ("-", "[["):
+        if following.kind == "-":
             return False
-        return following.kind in _ARGUMENT_STARTS or following.kind in PREFIX
+        return following.kind in _ARGUMENT_STARTS or following.kind in PREFIX or following.kind in _EXTENDS
 
     def _application(self) -> z.Term:
         start = self.at

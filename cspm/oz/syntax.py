@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Literal
+from typing import ClassVar, Literal
 
 from cspm.syntax import Assertion, Declaration, NameDeclaration, Node
 from cspm.syntax import Paragraph as Paragraph
@@ -214,6 +214,8 @@ class Schema(Paragraph):
     ``initial`` is the INIT schema that the record has, None where it has none.
     """
 
+    is_block: ClassVar[bool] = True
+
     name: str
     declarations: tuple[Declare, ...]
     predicates: tuple[Term, ...] = ()
@@ -246,6 +248,8 @@ class Retrieve(Paragraph):
 
     State variables of both are in scope; a name that both have is written ``A.items`` and ``C.items``.
     """
+
+    is_block: ClassVar[bool] = True
 
     name: str
     abstract: NameDeclaration
@@ -322,6 +326,8 @@ class Class(Paragraph):
     ``visibility`` is None where there is no list (everything is visible). ``equations`` are the CSP part: ordinary
     declarations of CSPm, ``main`` among them. ``paragraphs`` are the local types and constants.
     """
+
+    is_block: ClassVar[bool] = True
 
     name: str
     generics: tuple[NameDeclaration, ...] = ()

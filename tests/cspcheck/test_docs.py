@@ -10,6 +10,8 @@ import pytest
 
 import cspcheck
 from cspcheck.cli import VERBS, front_door
+from cspcheck.cli.probe_commands import COMMANDS
+from cspcheck.configuration import KEYS
 from cspcheck.report import FORMATS
 from cspcheck.report.codes import codes_document
 from cspcheck.result import Exit
@@ -34,7 +36,7 @@ def test_the_command_line_page_names_every_verb_format_and_exit_code() -> None:
         assert f"| {int(code)} |" in page
 
 
-@pytest.mark.parametrize("verb", ["check", "fmt"])
+@pytest.mark.parametrize("verb", ["check", "fmt", "sweep", "probe", "graph"])
 def test_the_command_line_page_names_every_option(verb: str) -> None:
     page = (DOCS / "command-line.md").read_text(encoding="utf-8")
     with front_door.make_context("cspcheck", [verb], resilient_parsing=True) as context:
@@ -43,6 +45,15 @@ def test_the_command_line_page_names_every_option(verb: str) -> None:
     for option in command.params:
         if isinstance(option, click.Option):
             assert any(f"`{name}" in page for name in option.opts), option.opts
+
+
+def test_the_command_line_page_names_every_setting_and_every_command_of_probe() -> None:
+    page = (DOCS / "command-line.md").read_text(encoding="utf-8")
+
+    assert all(f"`{key}`" in page for key in KEYS)
+    for command in COMMANDS.values():
+        for part in command.usage.split(" | "):
+            assert f"`{part}`" in page
 
 
 def test_the_pytest_page_names_every_option() -> None:

@@ -301,3 +301,40 @@ def test_workers_collect_what_the_command_line_means(place: pytest.Pytester) -> 
 
     place.runpytest_subprocess(*PLUGIN, *xdist, "-n1").assert_outcomes(passed=1)
     place.runpytest_subprocess(*PLUGIN, *xdist, "-n1", "specs").assert_outcomes(passed=3)
+
+
+class TestProject:
+    """The settings in ``[tool.cspcheck]`` hold here too."""
+
+    SCRIPT = (
+        "N = 3\nchannel c : {0..9}\nP(n) = if n == N then STOP else c.n -> P(n + 1)\nassert P(0) :[divergence free]\n"
+    )
+
+    def test_they_are_defaults(self, place: pytest.Pytester) -> None:
+        write(place, count=self.SCRIPT)
+        (place.path / "pyproject.toml").write_text("[tool.cspcheck]\nmax-states = 2\n")
+
+        run(place, "count.csp").assert_outcomes(failed=1)
+        run(place, "count.csp", "--csp-max-states", "10").assert_outcomes(passed=1)
+
+    def test_definitions_are_joined(self, place: pytest.Pytester) -> None:
+        write(place, count=self.SCRIPT)
+        (place.path / "pyproject.toml").write_text("[tool.cspcheck.definitions]\nN = 12\n")
+
+        run(place, "count.csp").assert_outcomes(failed=1)
+        run(place, "count.csp", "--csp-define", "N=4").assert_outcomes(passed=1)
+
+    def test_the_fixture_honours_them(self, place: pytest.Pytester) -> None:
+        write(place, count=self.SCRIPT)
+        (place.path / "pyproject.toml").write_text("[tool.cspcheck.definitions]\nN = 5\n")
+        place.makepyfile("def test(csp): assert csp.load('count.csp').check()[0].states == 6")
+
+        run(place).assert_outcomes(passed=1)
+
+    def test_wrong_ones_are_an_error_of_collection(self, place: pytest.Pytester) -> None:
+        write(place, count=self.SCRIPT)
+        (place.path / "pyproject.toml").write_text("[tool.cspcheck]\nmax-state = 2\n")
+        result = run(place, "count.csp")
+
+        result.assert_outcomes(errors=1)
+        result.stdout.fnmatch_lines(["*CSP914*", "*did you mean `max-states`?*"])

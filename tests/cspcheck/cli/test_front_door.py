@@ -79,8 +79,16 @@ class TestArrangement:
     ("arguments", "message", "command"),
     [
         (["check"], "missing argument 'FILE...'", "cspcheck check"),
-        (["--max-states", "x", "a.csp"], "invalid value for '--max-states': 'x' is not a valid integer range", None),
-        (["--max-states", "0", "a.csp"], "invalid value for '--max-states': 0 is not in the range x>=1", None),
+        (
+            ["--max-states", "x", "a.csp"],
+            "invalid value for '--max-states': `x` is not a whole number above zero",
+            None,
+        ),
+        (
+            ["--max-states", "0", "a.csp"],
+            "invalid value for '--max-states': `0` is not a whole number above zero",
+            None,
+        ),
         (
             ["a.csp", "--timeout", "soon"],
             "invalid value for '--timeout': `soon` is not a time; write it like 90s, 5m or 1h30m",

@@ -1,0 +1,194 @@
+"""Settings of a project: the table ``[tool.cspcheck]`` of the nearest ``pyproject.toml``.
+
+They are defaults of options: what the command line says wins. The file is looked for from the folder of the script
+upwards, then from the current folder; one without the table is passed over.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import tomllib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, get_args
+
+from cspcheck.messages import unknown_setting, unreadable_settings, wrong_setting
+from cspcheck.quantities import parse_duration, parse_size
+from cspcheck.report import FORMATS
+from cspcheck.report.style import ColorChoice
+from cspm.diagnostics import Diagnostic, ScriptError
+from cspm.source import Source, Span
+from cspm.spelling import suggestions
+
+FILE = "pyproject.toml"
+
+
+@dataclass(frozen=True, slots=True)
+class Configuration:
+    """What a project says.
+
+    Attributes:
+        path: the file; None where there is none.
+        settings: values by the names of the command's parameters (``max_states``, ``form``).
+        definitions: top-level constants to override, as CSPm text.
+    """
+
+    path: str | None = None
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    definitions: Mapping[str, str] = field(default_factory=dict)
+
+
+def configuration_for(script: str | None) -> Configuration:
+    """The settings for a script, or for the current folder.
+
+    Args:
+        script: the path of a script or folder; None or ``-`` where there is none.
+
+    Raises:
+        ScriptError: the table says something that means nothing.
+    """
+    for path in _candidates(script):
+        try:
+            text = path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError):
+            continue
+        if "cspcheck" not in text:
+            continue
+        source = Source(_shown(path), text)
+        try:
+            table = tomllib.loads(text).get("tool", {}).get("cspcheck")
+        except tomllib.TOMLDecodeError as error:
+            raise ScriptError(unreadable_settings(source.name, str(error))) from None
+        if isinstance(table, dict):
+            return _read(table, source)
+    return Configuration()
+
+
+def _candidates(script: str | None) -> Iterator[Path]:
+    """Where the file may be, nearest first."""
+    starts = [Path.cwd()]
+    if script is not None and script != "-":
+        place = Path(os.path.abspath(script))
+        starts.insert(0, place if place.is_dir() else place.parent)
+    seen: set[Path] = set()
+    for start in starts:
+        for folder in (start, *start.parents):
+            if folder not in seen:
+                seen.add(folder)
+                yield folder / FILE
+
+
+def _shown(path: Path) -> str:
+    try:
+        return str(path.relative_to(Path.cwd()))
+    except ValueError:
+        return str(path)
+
+
+def _read(table: Mapping[str, Any], source: Source) -> Configuration:
+    settings: dict[str, Any] = {}
+    definitions: dict[str, str] = {}
+    wrong: list[Diagnostic] = []
+    for key, value in table.items():
+        place = _place(source, key)
+        if key == "definitions":
+            wrong += _read_definitions(value, source, definitions)
+            continue
+        if key not in _SETTINGS:
+            wrong.append(unknown_setting(key, suggestions(key, [*_SETTINGS, "definitions"]), sorted(_SETTINGS), place))
+            continue
+        parameter, read = _SETTINGS[key]
+        try:
+            settings[parameter] = read(value)
+        except ValueError as error:
+            wrong.append(wrong_setting(key, str(error), place))
+    if wrong:
+        raise ScriptError(*wrong)
+    return Configuration(source.name, settings, definitions)
+
+
+def _read_definitions(value: Any, source: Source, definitions: dict[str, str]) -> Iterator[Diagnostic]:
+    if not isinstance(value, dict):
+        yield wrong_setting("definitions", f"{_toml(value)} is not a table of names", _place(source, "definitions"))
+        return
+    for name, text in value.items():
+        if isinstance(text, bool):
+            definitions[name] = "true" if text else "false"
+        elif isinstance(text, int) or (isinstance(text, str) and text.strip()):
+            definitions[name] = str(text).strip()
+        else:
+            message = f"{_toml(text)} is not a number, a truth value or text in CSPm"
+            yield wrong_setting(f"definitions.{name}", message, _place(source, name))
+
+
+def _flag(value: Any) -> bool:
+    if isinstance(value, bool):
+        return value
+    raise ValueError(f"{_toml(value)} is not true or false")
+
+
+def _times(value: Any) -> int:
+    if isinstance(value, int) and value >= 0:
+        return int(value)
+    raise ValueError(f"{_toml(value)} is not true, false or how many times")
+
+
+def _above_zero(value: Any) -> int:
+    if isinstance(value, int) and not isinstance(value, bool) and value > 0:
+        return value
+    raise ValueError(f"{_toml(value)} is not a whole number above zero")
+
+
+def _quantity(parse: Callable[[str], float | int], what: str) -> Callable[[Any], float | int]:
+    def read(value: Any) -> float | int:
+        if isinstance(value, bool) or not isinstance(value, str | int | float):
+            raise ValueError(f"{_toml(value)} is not {what}")
+        return parse(str(value))
+
+    return read
+
+
+def _one_of(choices: tuple[str, ...]) -> Callable[[Any], str]:
+    def read(value: Any) -> str:
+        if value in choices:
+            return str(value)
+        raise ValueError(f"{_toml(value)} is none of {', '.join(choices)}")
+
+    return read
+
+
+_SETTINGS: dict[str, tuple[str, Callable[[Any], Any]]] = {
+    "format": ("form", _one_of(FORMATS)),
+    "timeout": ("timeout", _quantity(parse_duration, "a time")),
+    "max-memory": ("max_memory", _quantity(parse_size, "a size")),
+    "max-states": ("max_states", _above_zero),
+    "workers": ("workers", _above_zero),
+    "full": ("full", _flag),
+    "typecheck": ("typecheck", _flag),
+    "color": ("color", _one_of(get_args(ColorChoice))),
+    "quiet": ("quiet", _times),
+    "verbose": ("verbose", _times),
+}
+"""The keys beside ``definitions``, each with the parameter that it is the default of and what reads its value."""
+
+KEYS = (*_SETTINGS, "definitions")
+"""The keys of the table."""
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return "`true`" if value else "`false`"
+    return f"`{value}`"
+
+
+def _place(source: Source, key: str) -> Span | None:
+    """Where a key stands below the table's head; TOML readers do not tell."""
+    head = re.search(r"^\s*\[\s*tool\s*\.\s*cspcheck\b.*$", source.text, re.MULTILINE)
+    start = head.end() if head else 0
+    found = re.compile(rf"""^\s*(["']?{re.escape(key)}["']?)\s*=""", re.MULTILINE).search(source.text, start)
+    if found is None and head is not None:
+        # A table of its own: [tool.cspcheck.definitions].
+        found = re.compile(rf"\b({re.escape(key)})\b").search(source.text, head.start())
+    return None if found is None else source.span(*found.span(1))
