@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from checker.budget import Budget, Incomplete
 from checker.context import Context
 from checker.determinism import deterministic
+from checker.horizon import Trace, held_against_readings
 from checker.lts import Lts
 from checker.machines import KEPT_BYTES, Machines
 from checker.properties import deadlock_free, divergence_free, has_trace
@@ -18,8 +19,6 @@ from checker.search import Progress
 from checker.transitions import UnsupportedOperator
 from checker.verdict import Limits, Outcome, Verdict
 from cspm.events import EventSet, EventTable
-from cspm.oz.core import Specification
-from cspm.oz.syntax import DataRefinement, Obligations, Subtype
 from cspm.process import Prioritised, Process
 from cspm.syntax import (
     Assertion,
@@ -77,7 +76,6 @@ class Checker:
     ) -> None:
         self._script = script
         self._limits = limits
-        self._elaborated: Specification | None = None
         kept = KEPT_BYTES if limits.memory_bytes is None else min(KEPT_BYTES, limits.memory_bytes // 2)
         self._machines = Machines(
             workers=workers or os.cpu_count() or 1,
@@ -99,6 +97,13 @@ class Checker:
         """
         if isinstance(assertion, NotAssertion):
             return _inverted(self.check(assertion.inner))
+        outcome = self._check(assertion)
+        classes = self._script.classes
+        if classes is None:
+            return outcome
+        return replace(outcome, readings=self._script.readings(assertion), control=classes.context.control)
+
+    def _check(self, assertion: Assertion) -> Outcome:
         budget = Budget(self._limits)
         if isinstance(assertion, BooleanAssertion):
             holds = self._script.boolean(assertion.condition)
@@ -106,32 +111,38 @@ class Checker:
         if isinstance(assertion, Refinement):
             if assertion.model in _UNCHECKED:
                 return _unchecked(budget, assertion.model)
-            return self.check_refinement(
-                self._process(assertion.specification, assertion.options),
-                assertion.model,
-                self._process(assertion.implementation, assertion.options),
-                budget,
-            )
+            specification = self._process(assertion.specification, assertion.options)
+            implementation = self._process(assertion.implementation, assertion.options)
+            outcome = self.check_refinement(specification, assertion.model, implementation, budget)
+            return self._within_readings(outcome, implementation, specification, budget, traces=assertion.model == "T")
         if isinstance(assertion, Property):
             model = assertion.model or _DEFAULT_MODELS[assertion.kind]
             if model in _UNCHECKED and assertion.kind != "divergence free":
                 return _unchecked(budget, model)
             trace = () if assertion.trace is None else self._script.trace(assertion.trace)
             process = self._process(assertion.process, assertion.options)
-            return self.check_property(process, assertion.kind, model, trace, budget)
-        if isinstance(assertion, Obligations | DataRefinement | Subtype):
-            from checker.proof.answer import answer
-
-            return answer(assertion, self._specification(), self._limits.seconds)
+            outcome = self.check_property(process, assertion.kind, model, trace, budget)
+            claim: Trace = "no"
+            if assertion.kind == "has trace":
+                claim = "possible" if model == "T" else "reliable"
+            return self._within_readings(outcome, process, None, budget, trace=claim)
         raise TypeError(f"not an assertion: {assertion!r}")
 
-    def _specification(self) -> Specification:
-        """The Object-Z part of the script."""
-        if self._elaborated is None:
-            from cspm.oz.elaboration import elaborate
-
-            self._elaborated = elaborate(self._script.tree).specification
-        return self._elaborated
+    def _within_readings(
+        self,
+        outcome: Outcome,
+        implementation: Process,
+        specification: Process | None,
+        budget: Budget,
+        *,
+        traces: bool = False,
+        trace: Trace = "no",
+    ) -> Outcome:
+        """The outcome, held against what classes do outside their finite readings."""
+        classes = self._script.classes
+        if classes is None or not classes.context.has_left:
+            return outcome
+        return held_against_readings(outcome, implementation, specification, budget, traces=traces, trace=trace)
 
     def check_refinement(
         self, specification: Process, model: Model, implementation: Process, budget: Budget | None = None

@@ -18,6 +18,7 @@ from cspm.process import (
     AlphabetisedParallel,
     Compressed,
     ExternalChoice,
+    Fused,
     Hide,
     Interrupt,
     LinkedParallel,
@@ -55,6 +56,7 @@ _ACTIVE: dict[type[Process], Callable[[Any], Operands]] = {
     Project: lambda p: (p.process,),
     Rename: lambda p: (p.process,),
     Compressed: lambda p: (p.process,),
+    Fused: lambda p: (p.process,),
     Prioritised: lambda p: (p.process,),
 }
 
@@ -90,6 +92,7 @@ _REBUILD: dict[type[Process], Callable[[Any, Operands], Process]] = {
     Project: _unary(lambda p, q: Project(q, p.events)),
     Rename: _unary(lambda p, q: Rename(q, p.pairs)),
     Compressed: lambda p, q: q[0],
+    Fused: lambda p, q: q[0],
     Prioritised: _unary(lambda p, q: Prioritised(q, p.levels)),
 }
 
@@ -175,7 +178,7 @@ class HeadNormalForms:
         return known[process]
 
 
-_TRANSPARENT = (Reference, Compressed, Hide, Project, Rename, Prioritised)
+_TRANSPARENT = (Reference, Compressed, Fused, Hide, Project, Rename, Prioritised)
 
 
 def definition_name(reference: Reference) -> str:

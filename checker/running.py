@@ -18,7 +18,7 @@ from checker.shapes import INTERRUPTS, JOINING, STATIC_UNARY, UNARY, template
 from checker.transitions import Semantics
 from checker.transitions_rows import Row
 from cspm.events import TICK
-from cspm.process import Compressed, Prioritised, Process, Reference, Sequential, Throw
+from cspm.process import Compressed, Fused, Prioritised, Process, Reference, Sequential, Throw
 from cspm.recursion import deep_recursion
 from cspm.source import Span
 
@@ -241,7 +241,7 @@ def _take_part(tree: Tree, step: Derivation, parts: dict[Component, int]) -> Non
 def _behind_names(process: Process, place: Place) -> tuple[Process, Place]:
     """What stands behind names and compressions, and the place that the first of the names is."""
     own: Reference | None = None
-    while isinstance(process, (Reference, Compressed)):
+    while isinstance(process, (Reference, Compressed, Fused)):
         if isinstance(process, Reference):
             own = own or process
             process = process.body()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from checker.verdict import Limits
 from cspcheck import checking
@@ -26,7 +26,12 @@ if TYPE_CHECKING:
 
 
 def load(
-    path: str | os.PathLike[str], *, definitions: Mapping[str, object] | None = None, typecheck: bool = True
+    path: str | os.PathLike[str],
+    *,
+    definitions: Mapping[str, object] | None = None,
+    typecheck: bool = True,
+    view: Literal["data", "control"] | None = None,
+    outputs: Literal["demonic", "angelic"] = "demonic",
 ) -> Script:
     """Load a script from a file.
 
@@ -34,15 +39,24 @@ def load(
         path: the file.
         definitions: top-level constants of the script to override, by name: CSPm text, or a number or truth value.
         typecheck: whether types are checked.
+        view: classes with their ``data``, or in the ``control`` view without; as the script says if not given.
+        outputs: who chooses the outputs of classes: ``demonic`` (the class) or ``angelic`` (its environment).
 
     Raises:
         ScriptError: the file cannot be read, or there is an error in the script; ``diagnostics`` says what and where.
     """
-    return load_with(os.fspath(path), checking.Settings(typecheck=typecheck), definitions or {})
+    settings = checking.Settings(typecheck=typecheck, view=view, outputs=outputs)
+    return load_with(os.fspath(path), settings, definitions or {})
 
 
 def loads(
-    text: str, *, name: str = "<text>", definitions: Mapping[str, object] | None = None, typecheck: bool = True
+    text: str,
+    *,
+    name: str = "<text>",
+    definitions: Mapping[str, object] | None = None,
+    typecheck: bool = True,
+    view: Literal["data", "control"] | None = None,
+    outputs: Literal["demonic", "angelic"] = "demonic",
 ) -> Script:
     """Load a script from its text; *name* is what diagnostics call it. See :func:`load`.
 
@@ -52,7 +66,9 @@ def loads(
     from cspm import script
 
     overrides = {constant: _as_text(value) for constant, value in (definitions or {}).items()}
-    return Script(script.load(Source(name, text), overrides=overrides, typecheck=typecheck), checking.Settings())
+    semantics = script.Semantics(view, outputs)
+    loaded = script.load(Source(name, text), overrides=overrides, typecheck=typecheck, semantics=semantics)
+    return Script(loaded, checking.Settings())
 
 
 def load_with(path: str, settings: checking.Settings, definitions: Mapping[str, object]) -> Script:

@@ -7,7 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol
 
 from checker.verdict import Limits, Outcome, Verdict
 from cspcheck.result import Result, answer
@@ -36,6 +36,8 @@ class Settings:
         full: explore the whole state space, without reductions.
         definitions: top-level constants of the script to override, as CSPm text.
         typecheck: whether types are checked before evaluation.
+        view: classes with their ``data``, or in the ``control`` view without; None: as the script says.
+        outputs: who chooses the outputs of classes: ``demonic`` (the class) or ``angelic`` (its environment).
     """
 
     limits: Limits = field(default_factory=Limits)
@@ -43,6 +45,8 @@ class Settings:
     full: bool = False
     definitions: Mapping[str, str] = field(default_factory=dict)
     typecheck: bool = True
+    view: Literal["data", "control"] | None = None
+    outputs: Literal["demonic", "angelic"] = "demonic"
 
 
 class Watch(Protocol):
@@ -128,8 +132,14 @@ def load(path: str, settings: Settings) -> Script:
         ScriptError: it cannot be read, or there is an error in it.
     """
     from cspm import script
+    from cspm.script import Semantics
 
-    return script.load(read(path), overrides=settings.definitions, typecheck=settings.typecheck)
+    return script.load(
+        read(path),
+        overrides=settings.definitions,
+        typecheck=settings.typecheck,
+        semantics=Semantics(settings.view, settings.outputs),
+    )
 
 
 def checker_for(script: Script, settings: Settings, watch: Watch) -> Checker:

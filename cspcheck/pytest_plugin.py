@@ -40,6 +40,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--csp-define", metavar="NAME=EXPR", action="append", default=[], help="override a constant of the scripts"
     )
     group.addoption("--csp-no-typecheck", action="store_true", help="skip the type checker")
+    group.addoption("--csp-view", choices=["data", "control"], help="read classes with their data, or without")
+    group.addoption(
+        "--csp-outputs", choices=["demonic", "angelic"], default="demonic", help="who chooses the outputs of classes"
+    )
     parser.addini(
         "csp_files",
         "patterns of the .csp files to collect from folders, relative to the root folder (specs/**/*.csp)",
@@ -136,6 +140,8 @@ def _settings(config: pytest.Config, script: Path | None = None) -> Settings:
             full=config.getoption("csp_full") or said.get("full", False),
             definitions=definitions,
             typecheck=not config.getoption("csp_no_typecheck") and said.get("typecheck", True),
+            view=config.getoption("csp_view"),
+            outputs=config.getoption("csp_outputs"),
         )
     except ValueError as error:
         raise pytest.UsageError(f"cspcheck: {error}") from None

@@ -24,6 +24,7 @@ from cspm.types import (
     NOTHING,
     ORD,
     PROC,
+    REAL,
     SET,
     YIELDABLE,
     Atom,
@@ -111,7 +112,7 @@ def _constrain_known(solver: Solver, single: Constraints, head: Type) -> None:
         case Atom():
             if head in (INT, CHAR):
                 holds = single is not YIELDABLE
-            elif head is BOOL:
+            elif head is BOOL or head is REAL:
                 holds = single in (EQ, SET, COMPLETE)
             elif head is EVENT:
                 holds = single is not ORD

@@ -131,7 +131,7 @@ class _Resolver:
                     symbol = add(order, declaration.name, SymbolKind.NAMETYPE, declaration.span, declaration)
                     self.names._record(declaration, symbol)
                 case syntax.ModuleDeclaration():
-                    symbol = add(order, declaration.name, SymbolKind.MODULE, declaration.span, declaration)
+                    symbol = add(order, declaration.key, SymbolKind.MODULE, declaration.span, declaration)
                     self.names._record(declaration, symbol)
                     modules.append((symbol, declaration))
                 case syntax.InstanceDeclaration():
@@ -248,8 +248,13 @@ class _Resolver:
     def visit(self, node: syntax.Node, scope: Scope) -> None:
         """Tie all names in *node*."""
         visitor = self._visitors.get(type(node))
-        if visitor is not None:  # else an Object-Z paragraph, or a claim about one: its names are tied elsewhere
+        if visitor is not None:
             visitor(node, scope)
+        elif isinstance(node, syntax.Foreign):
+            self._visit_all(node.names, scope)
+        elif isinstance(node, syntax.ModuleDeclaration):  # of a class
+            self._visit_moduledeclaration(node, scope)
+        # Else a paragraph of Object-Z, or a claim about one: its names are tied elsewhere.
 
     def _visit_all(self, nodes: Iterable[syntax.Node], scope: Scope) -> None:
         for node in nodes:

@@ -111,7 +111,8 @@ class Lookup:
         Raises:
             NotFound: nothing, or nothing that may be used here.
         """
-        symbol = scope.find(parts[0])
+        symbol = scope.find(f"{parts[0]}%") if len(parts) > 1 else None  # the members of a class
+        symbol = symbol or scope.find(parts[0])
         if symbol is None:
             raise NotFound(self._undefined(scope, parts, span))
         for i, part in enumerate(parts[1:], 1):

@@ -69,6 +69,16 @@ class Diverge(Process):
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Beyond(Process):
+    """Where a search under finite readings stops: what the process does from here on is not known to it.
+
+    It has no transitions, and no verdict may depend on that. ``report`` says what lies outside the readings.
+    """
+
+    report: str
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Run(Process):
     """``RUN(A)``: always offers all of A."""
 
@@ -225,6 +235,16 @@ class Compressed(Process):
     """``normal(P)``, ``sbisim(P)`` and their like: means what P means; ``function`` names the compression."""
 
     function: str
+    process: Process
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Fused(Process):
+    """Means what ``process`` means, and says that this composition is best explored as one machine.
+
+    A class is one: its data part by itself may have far more states, or no end of them.
+    """
+
     process: Process
 
 

@@ -25,6 +25,7 @@ from cspm.parser import parse, parse_assertion, parse_expression, read_source
 from cspm.printer import print_assertion
 from cspm.process import Process
 from cspm.process_text import describe
+from cspm.recursion import deep_recursion
 from cspm.sets import Set
 from cspm.source import Source, Span
 from cspm.spelling import suggestions
@@ -33,9 +34,28 @@ from cspm.values_text import show
 
 if TYPE_CHECKING:
     from cspm.inference import Types
+    from cspm.oz.context import ClassContext
+    from cspm.oz.core import Specification
 
 Expected: TypeAlias = Literal["pass", "fail", "unknown"]
 _EXPECT = re.compile(r"\bexpect:\s*(pass|fail|unknown)\b")
+
+
+View: TypeAlias = Literal["data", "control"]
+Outputs: TypeAlias = Literal["demonic", "angelic"]
+
+
+@dataclass(frozen=True, slots=True)
+class Semantics:
+    """How classes are read.
+
+    Attributes:
+        view: ``control`` drops the data and keeps the process equations; None: as the script says.
+        outputs: ``demonic``: the class chooses them; ``angelic``: the environment does.
+    """
+
+    view: View | None = None
+    outputs: Outputs = "demonic"
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,15 +79,27 @@ class Script:
     where the text or the script is wrong.
     """
 
-    def __init__(self, source: Source, tree: syntax.Script, names: Names, types: Types | None) -> None:
+    def __init__(
+        self,
+        source: Source,
+        tree: syntax.Script,
+        names: Names,
+        types: Types | None,
+        classes: Classes | None = None,
+    ) -> None:
         self.source = source
         self.tree = tree
+        """The script as it is evaluated: what stands for classes in place of their paragraphs."""
         self.names = names
         self.types = types
         """What the type checker found; None if it was not asked."""
+        self.classes = classes
+        """The Object-Z part; None if there is none."""
         self.events = EventTable(show)
         """The events of all channels, numbered in the order of declaration, those of module instances last."""
         self.warnings: tuple[Diagnostic, ...] = () if types is None else types.warnings
+        if classes is not None:
+            self.warnings = (*classes.warnings, *self.warnings)
         self._evaluator = Evaluator(names, Channels(self.events), types)
         self._top, declared = self._evaluator.run(lambda: self._declare(tree))
         self._frames: dict[int, Frame] = {}
@@ -75,6 +107,20 @@ class Script:
         """The assertions in the order of the text."""
         self.printed: tuple[str, ...] = tuple([self._print(node.expression, frame) for node, frame in declared.prints])
         """What the ``print`` declarations say, in order."""
+
+    @property
+    def specification(self) -> Specification | None:
+        """What the Object-Z part of the script says; None if there is none."""
+        return None if self.classes is None else self.classes.context.specification
+
+    def readings(self, node: syntax.Assertion) -> tuple[str, ...]:
+        """The finite readings that the classes behind an assertion follow, as the script writes them."""
+        if self.classes is None:
+            return ()
+        from cspm.oz.alphabets import Alphabets
+
+        owners = {foreign.owner: None for foreign in Alphabets(self.names).foreign(_operands(node))}
+        return self.classes.context.used(owners)
 
     def _declare(self, tree: syntax.Script) -> tuple[Frame, Declarations]:
         declarations = Declarations(self._evaluator)
@@ -197,6 +243,7 @@ def load(
     *,
     overrides: Mapping[str, str] | None = None,
     typecheck: bool = True,
+    semantics: Semantics | None = None,
 ) -> Script:
     """Load a script from a file, or from a text that has been read already.
 
@@ -204,6 +251,7 @@ def load(
         script: a path or a source; includes are found relative to its folder.
         overrides: expressions that replace those of top-level definitions ``NAME = ...``, by name.
         typecheck: whether types are inferred and must be right.
+        semantics: how classes are read; by default with their data, outputs chosen by the class.
 
     Raises:
         ScriptError: the file cannot be read, or the script is wrong.
@@ -212,13 +260,51 @@ def load(
     tree = parse(source)
     if overrides:
         tree = _overridden(tree, overrides)
+    classes: Classes | None = None
+    if any(isinstance(declaration, syntax.Paragraph) for declaration in _all(tree.declarations)):
+        classes, tree = _with_classes(tree, semantics)
     names = resolve(tree)
     types: Types | None = None
     if typecheck:
         from cspm.inference import infer
 
         types = infer(tree, names)
-    return Script(source, tree, names, types)
+    return Script(source, tree, names, types, classes)
+
+
+@dataclass(frozen=True, slots=True)
+class Classes:
+    """The Object-Z part of a script: what its classes share, and what is odd about them."""
+
+    context: ClassContext
+    warnings: tuple[Diagnostic, ...]
+
+
+def _with_classes(tree: syntax.Script, semantics: Semantics | None) -> tuple[Classes, syntax.Script]:
+    """The classes of a script, and the script with what they become in their place."""
+    import cspm.oz.evaluating  # noqa: F401  (registers how what classes become is evaluated)
+    from cspm.oz.context import ClassContext
+    from cspm.oz.desugaring import desugared
+    from cspm.oz.elaboration import elaborate
+
+    elaborated = elaborate(tree)
+    view = semantics.view if semantics is not None else None
+    context = ClassContext(
+        elaborated.specification,
+        control=elaborated.specification.control if view is None else view == "control",
+        angelic=semantics is not None and semantics.outputs == "angelic",
+    )
+    with deep_recursion():
+        return Classes(context, elaborated.warnings), desugared(tree, elaborated, context)
+
+
+def _all(declarations: tuple[syntax.Declaration, ...]) -> Iterator[syntax.Declaration]:
+    """Declarations with those of included files."""
+    for declaration in declarations:
+        if isinstance(declaration, syntax.IncludeDeclaration):
+            yield from _all(declaration.declarations)
+        else:
+            yield declaration
 
 
 def _overridden(tree: syntax.Script, overrides: Mapping[str, str]) -> syntax.Script:

@@ -190,6 +190,15 @@ class Let(Expr):
     body: Expr
 
 
+class Foreign(Expr):
+    """An expression that no text of CSPm stands for: the Object-Z part brings it (:mod:`cspm.oz.nodes`)."""
+
+    @property
+    def names(self) -> tuple[Name, ...]:
+        """The names of the script that its value depends on."""
+        return ()
+
+
 # --- expressions: processes ----------------------------------------------------------------------------------
 
 
@@ -515,6 +524,11 @@ class ModuleDeclaration(Declaration):
     parameters: tuple[Pattern, ...]
     private: tuple[Declaration, ...]
     exported: tuple[Declaration, ...]
+
+    @property
+    def key(self) -> str:
+        """What it is called in the scope around it."""
+        return self.name
 
 
 @dataclass(frozen=True, kw_only=True)

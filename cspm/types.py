@@ -104,6 +104,8 @@ BOOL = Atom("Bool")
 CHAR = Atom("Char")
 PROC = Atom("Proc")
 EVENT = Atom("Event")
+REAL = Atom("Real")
+"""Of values that classes make; no annotation names it."""
 NOTHING = Atom("")
 """The empty list of fields, at the end of a row."""
 

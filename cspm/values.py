@@ -5,6 +5,7 @@ integers    Python ``int``
 Booleans    :data:`TRUE` and :data:`FALSE`. Not ``bool``: Python holds ``True == 1`` and ``hash(True) == hash(1)``,
             and neither sets nor the arguments that name a process may mix the two up
 characters  Python ``str`` of length one
+reals       :class:`Real`; only the classes of a script make them
 tuples      Python ``tuple``
 sequences   :class:`Sequence`
 maps        :class:`Map`
@@ -21,6 +22,7 @@ can it be compared, hashed and kept in a set.
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Iterator
+from fractions import Fraction
 from typing import Any, Final
 
 from cspm.failure import Failure
@@ -55,6 +57,30 @@ FALSE: Final = Boolean(False)
 def boolean(truth: bool) -> Boolean:
     """The value for a Python truth value."""
     return TRUE if truth else FALSE
+
+
+class Real:
+    """A real number. The language has no arithmetic for them: they come and go as values of events."""
+
+    __slots__ = ("value",)
+
+    def __init__(self, value: Fraction) -> None:
+        self.value = value
+
+    def is_same(self, other: Any) -> bool:
+        """``==`` of the language."""
+        return bool(self == other)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Real) and self.value == other.value
+
+    def __hash__(self) -> int:
+        return hash((Real, self.value))
+
+    def __repr__(self) -> str:
+        from cspm.oz.values import show_real
+
+        return show_real(self.value)
 
 
 class Sequence:
@@ -359,7 +385,7 @@ class Function:
         return f"<function {self.routine.name}>"
 
 
-ATOMS: Final = frozenset({int, str, Boolean})
+ATOMS: Final = frozenset({int, str, Boolean, Real})
 
 
 def deep(value: Any, level: int = 0) -> Any:

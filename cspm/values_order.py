@@ -13,7 +13,7 @@ from typing import Any
 from cspm.dots import ChannelHead, Constructor, DotList, Dotted, Event
 from cspm.events import EventSet
 from cspm.process import Process, Reference
-from cspm.values import Boolean, Function, Map, Sequence
+from cspm.values import Boolean, Function, Map, Real, Sequence
 
 _LONGEST_TERM = 10_000
 
@@ -48,6 +48,8 @@ def order_key(value: Any) -> list[Any]:
             key += (1, item)
         elif kind is str:
             key += (2, item)
+        elif kind is Real:
+            key += (1, item.value)
         elif kind is tuple:
             key += (3, len(item))
             stack.extend(reversed(item))

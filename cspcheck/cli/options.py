@@ -126,6 +126,8 @@ def settings(options: Mapping[str, Any], overrides: Mapping[str, str]) -> Settin
         full=options["full"],
         definitions=overrides,
         typecheck=options["typecheck"],
+        view=options["view"],
+        outputs=options["outputs"],
     )
 
 
@@ -208,6 +210,22 @@ typecheck_option = click.option(
 )
 """--typecheck, --no-typecheck."""
 
+class_options = _all(
+    click.option(
+        "--view",
+        type=click.Choice(["data", "control"]),
+        help="Read classes with their data, or without.  [default: as the script says, else data]",
+    ),
+    click.option(
+        "--outputs",
+        type=click.Choice(["demonic", "angelic"]),
+        default="demonic",
+        show_default=True,
+        help="Who chooses the outputs of classes: the class, or its environment.",
+    ),
+)
+"""--view, --outputs."""
+
 limit_options = _all(
     click.option(
         "--full/--no-full",
@@ -224,5 +242,6 @@ limit_options = _all(
     click.option("--max-states", type=NUMBER, metavar="N", help="Give up an assertion with more than N states."),
     click.option("--workers", type=NUMBER, metavar="N", help="Search threads.  [default: the machine's cores]"),
     typecheck_option,
+    class_options,
 )
-"""--full, --timeout, --max-memory, --max-states, --workers, --no-typecheck."""
+"""--full, --timeout, --max-memory, --max-states, --workers, --no-typecheck, --view, --outputs."""

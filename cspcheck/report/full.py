@@ -8,7 +8,7 @@ from checker.verdict import Verdict
 from cspcheck.quantities import count, show_seconds
 from cspcheck.report.diagnostics import render_diagnostic
 from cspcheck.report.explanation import Detail, explanation
-from cspcheck.report.style import PLAIN, Style, columns, harmless, wrapped
+from cspcheck.report.style import PLAIN, Style, columns, harmless
 from cspcheck.result import Result, Summary
 from cspm.diagnostics import Diagnostic
 
@@ -94,13 +94,25 @@ def _took(result: Result) -> str:
 
 
 def _below(result: Result, style: Style, verbosity: int) -> list[str]:
-    """The lines below the headline: nothing for a pass, a sentence where the script expects what came out."""
-    remarks = [line for remark in result.remarks for line in wrapped(f"note: {harmless(remark)}", style.width - 2)]
+    """The lines below the headline: nothing for a pass, a sentence where the script expects what came out.
+
+    A result about classes says first under what it holds.
+    """
+    condition = [style.paint(line, "dim") for line in condition_lines(result)]
     if result.verdict is Verdict.PASS and result.as_expected and verbosity <= 0:
-        return remarks
+        return condition
     detail: Detail = "whole" if verbosity > 0 else "sentence" if result.as_expected else "folded"
-    lines = explained(result, style, detail, "-v shows them")
-    return [*lines, *([""] if lines and remarks else []), *remarks]
+    return [*condition, *explained(result, style, detail, "-v shows them")]
+
+
+def condition_lines(result: Result) -> list[str]:
+    """Under what finite readings, or in which view, a result about classes holds."""
+    lines = []
+    if result.control:
+        lines.append("in the control view: data dropped")
+    if result.readings:
+        lines.append(harmless(f"reading {'; '.join(result.readings)}"))
+    return lines
 
 
 def explained(result: Result, style: Style, detail: Detail = "folded", hint: str = "") -> list[str]:
@@ -131,7 +143,8 @@ def summary_line(summary: Summary, style: Style, *, interrupted: bool = False) -
 
 def explain(result: Result, style: Style = PLAIN) -> str:
     """One result as this report shows it, with its diagnostics; without a line break at the end."""
-    lines = [headline(result, style), *(f"  {line}".rstrip() for line in explained(result, style))]
+    below = [*condition_lines(result), *explained(result, style)]
+    lines = [headline(result, style), *(f"  {line}".rstrip() for line in below)]
     for diagnostic in result.diagnostics:
         lines += ["", render_diagnostic(diagnostic, style)]
     return "\n".join(lines)

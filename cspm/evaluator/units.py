@@ -129,8 +129,9 @@ class Declarations:
                     symbol = names.symbol(declaration)
                     things[symbol] = symbol
                     if not declaration.parameters:
-                        self._declare(declaration.private, frame, f"{prefix}{declaration.name}::")
-                        self._declare(declaration.exported, frame, f"{prefix}{declaration.name}::")
+                        inside = f"{prefix}{declaration.name.partition('%')[0]}::"
+                        self._declare(declaration.private, frame, inside)
+                        self._declare(declaration.exported, frame, inside)
                 case syntax.InstanceDeclaration():
                     symbol = names.symbol(declaration)
                     assert symbol.module is not None

@@ -85,7 +85,12 @@ class Context:
         Raises:
             Rejected: it has none.
         """
-        type_ = self._rules[type(node)](node)
+        if isinstance(node, syntax.Foreign):
+            from cspm.oz.inferring import foreign_type
+
+            type_ = foreign_type(self, node)
+        else:
+            type_ = self._rules[type(node)](node)
         self.expression_types[id(node)] = type_
         return type_
 

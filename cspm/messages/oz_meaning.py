@@ -117,7 +117,7 @@ The axioms about the constants have no solution: either they contradict each oth
 constants' types are too small for one. Nothing can be said of the classes of such a specification.
 """,
     example="""
-const max : nat where max < 0
+const max : nat where max < 0 end
 class C
   chan tick
   state n : nat
@@ -127,7 +127,7 @@ end
 assert C :[deadlock free]
 """,
     repair="""
-const max : nat where max = 3
+const max : nat where max = 3 end
 class C
   chan tick
   state n : nat

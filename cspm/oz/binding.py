@@ -33,6 +33,7 @@ def quantifier(evaluator: Evaluator, term: Quantifier, scope: Scope) -> Code:
     unknowns = [unknown(binder, term) for binder in term.binders]
     body = negated(term.body) if term.kind == "forall" else term.body
     found = solver(evaluator, scope, unknowns, (term.condition, body))
+    found.use_readings(evaluator)
     run = found.run
     if term.kind == "exists":
         return lambda frame: run(frame, _some)
@@ -58,6 +59,7 @@ def comprehension(evaluator: Evaluator, term: Comprehension, scope: Scope) -> Co
     if term.kind == "set":
         return _set(evaluator, term, scope)
     found = solver(evaluator, scope, [unknown(binder, term) for binder in term.binders], [term.condition])
+    found.use_readings(evaluator)
     body = evaluator.code(term.body, scope)
     run = found.run
     if term.kind == "lambda":
@@ -188,7 +190,9 @@ def comprehension_member(evaluator: Evaluator, term: Comprehension, scope: Scope
     value_itself = Variable(type=body.type, name=name, role="bound")
     unknowns = [unknown(binder, term) for binder in term.binders]
     equation = Apply(type=core.BOOL, operator="equal", operands=(body, value_itself), span=body.span)
-    run = solver(evaluator, scope, unknowns, [*conjuncts([term.condition]), equation]).run
+    found = solver(evaluator, scope, unknowns, [*conjuncts([term.condition]), equation])
+    found.use_readings(evaluator)
+    run = found.run
 
     def general(frame: Frame, value: Any) -> bool:
         frame[slot] = value

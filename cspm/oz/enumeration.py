@@ -269,11 +269,7 @@ def _by_reading(
     if reading.values is not None:
         test = membership(evaluator, term, scope)
 
-        def listed_values(frame: Frame) -> list[Any]:
-            readings.use(reading)
-            return [value for value in readings.values(reading) if test(frame, value)]
-
-        return Enumeration(listed_values, (reading,))
+        return Enumeration(lambda frame: [v for v in readings.values(reading) if test(frame, v)], (reading,))
     bound = reading.bound
     assert bound is not None
     if isinstance(term, Apply) and term.operator == "All":
@@ -282,23 +278,14 @@ def _by_reading(
         if isinstance(kind, core.GivenType):
             name = kind.name
 
-            def elements(frame: Frame) -> list[Element]:
-                readings.use(reading)
-                return [Element(name, number) for number in range(1, bound + 1)]
-
-            return Enumeration(elements, (reading,))
+            elements = [Element(name, number) for number in range(1, bound + 1)]
+            return Enumeration(lambda frame: elements, (reading,))
         if isinstance(kind, core.FreeType):
             return _nested(evaluator, kind.name, bound, reading, scope)
     if isinstance(term, Apply) and term.operator in COLLECTIONS:
         parts = [enumeration(evaluator, o, scope, inside) for o in term.operands]
         if all(part.bounded for part in parts):
-            limited = _collection(term.operator, parts, bound)
-
-            def collections(frame: Frame) -> Iterable[Any]:
-                readings.use(reading)
-                return limited(frame)
-
-            return Enumeration(collections, (reading, *_readings(parts)))
+            return Enumeration(_collection(term.operator, parts, bound), (reading, *_readings(parts)))
     return _enumeration(evaluator, term, scope, inside)
 
 
@@ -324,12 +311,7 @@ def _nested(evaluator: Evaluator, name: str, depth: int, reading: FiniteReading,
         ]
 
     code = to_depth(depth)
-
-    def values(frame: Frame) -> list[Any]:
-        evaluator.readings.use(reading)
-        return code(frame)
-
-    return Enumeration(values, tuple(dict.fromkeys(used)))
+    return Enumeration(code, tuple({id(reading): reading for reading in used}.values()))
 
 
 class _Levels:

@@ -60,7 +60,8 @@ class Evaluator:
         constants: values of constants that are not to be found by solving the axioms.
 
     Attributes:
-        used: the finite readings that were needed so far, in that order, as the script writes them.
+        used: the finite readings that what has been compiled follows, as the script writes them.
+        has_left: whether something was met that is outside the finite readings.
     """
 
     def __init__(
@@ -73,6 +74,7 @@ class Evaluator:
         self.model = model
         self.readings = Readings(specification, self)
         self.used: dict[str, None] = {}
+        self.has_left = False
         self._constants: dict[str, Any] | None = None
         self._given = dict(constants or {})
         self._solving = False
@@ -106,6 +108,7 @@ class Evaluator:
 
         scope = Scope(assignment or ())
         found = enumeration(self, carrier, scope)
+        self.readings.use(found.readings)
         return list(found.code(scope.frame(assignment)))
 
     def contains(self, carrier: Term, value: Any, assignment: Mapping[Name, Any] | None = None) -> bool:
@@ -115,6 +118,12 @@ class Evaluator:
         scope = Scope(assignment or ())
         test = membership(self, carrier, scope)
         return test(scope.frame(assignment), value)
+
+    def use_readings(self, carrier: Term) -> None:
+        """Remember that the finite reading of a carrier mattered."""
+        from cspm.oz.enumeration import enumeration
+
+        self.readings.use(enumeration(self, carrier, Scope(free_variables(carrier))).readings)
 
     # --- constants -----------------------------------------------------------------------------------------------
 
@@ -147,6 +156,7 @@ class Evaluator:
         scope = Scope((d.name, "constant") for d in declared)
         unknowns = [Unknown(d.name, "constant", d.carrier, d.span) for d in declared if d.name not in self._given]
         solve = solver(self, scope, unknowns, axioms)
+        solve.use_readings(self)
         frame = scope.frame({(name, "constant"): value for name, value in self._given.items()})
         slots = [scope.slot(d.name, "constant") for d in declared]
         found: list[tuple[Any, ...]] = []

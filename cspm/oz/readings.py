@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterable
 from typing import TYPE_CHECKING, Any, Final
 
 from cspm.oz import core
@@ -58,9 +58,10 @@ class Readings:
             found = self._values[id(reading)] = in_order(listed(self._evaluator.value(reading.values)))
         return found
 
-    def use(self, reading: FiniteReading) -> None:
-        """Remember that the reading was needed."""
-        self._evaluator.used.setdefault(written(reading))
+    def use(self, readings: Iterable[FiniteReading]) -> None:
+        """Remember that some readings are followed."""
+        for reading in readings:
+            self._evaluator.used.setdefault(written(reading))
 
 
 def written(reading: FiniteReading) -> str:

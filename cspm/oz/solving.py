@@ -71,6 +71,11 @@ class Solver:
         """Whether all solutions are found."""
         return self.bounded and not self.sampled
 
+    def use_readings(self, evaluator: Evaluator) -> None:
+        """Remember the finite readings that the way follows."""
+        for _, readings in self.sampled:
+            evaluator.readings.use(readings)
+
 
 def solver(evaluator: Evaluator, scope: Scope, unknowns: Sequence[Unknown], predicates: Iterable[Term]) -> Solver:
     """Plan how to find *unknowns* that satisfy all *predicates* and lie in their carriers."""

@@ -61,7 +61,7 @@ def test_the_pytest_page_names_every_option() -> None:
     plugin = (DOCS.parent / "cspcheck" / "pytest_plugin.py").read_text(encoding="utf-8")
     options = set(re.findall(r'"(--csp-[a-z-]+)"', plugin))
 
-    assert len(options) == 7
+    assert len(options) == 9
     for option in options:
         assert f"`{option}" in page
 

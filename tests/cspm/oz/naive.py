@@ -23,13 +23,13 @@ REL = SetType(PAIR)
 NAMES = {"i": INT, "j": INT, "b": BOOL, "s": INTS, "q": SEQ, "f": FUN, "r": REL}
 
 
-def interpret(term: Term, env: dict[str, Any]) -> Any:
-    """The value of a term, or None."""
+def interpret(term: Term, env: dict[Any, Any]) -> Any:
+    """The value of a term, or None. Variables are looked up by name and role, or by name alone."""
     match term:
         case Constant():
             return term.value
         case Variable():
-            return env[term.name]
+            return env[term.name, term.role] if (term.name, term.role) in env else env[term.name]
         case If():
             test = interpret(term.test, env)
             return None if test is None else interpret(term.then if test else term.otherwise, env)
