@@ -295,3 +295,49 @@ by commas, `N=2,4,8`. Commas inside brackets belong to a value: `S={0},{0,1}` ar
 def nothing_to_sweep() -> Diagnostic:
     """No definition was given."""
     return Diagnostic("CSP917", "no values to sweep over", help="say which: `-D N=2..8`, `-D N=2,4,8`")
+
+
+@mistake(
+    "CSP821",
+    "no record of an event",
+    explanation="""
+A recorded run has a line of JSON for each event: an object with the event as the specification writes it, or that text
+alone. Other keys that matter: `hidden` (left out unless `--inside` is given), `time`, `tasks`.
+""",
+    example='{"evnt": "c.3"}',
+    repair='{"event": "c.3"}',
+)
+def wrong_record(name: str, line: int, why: str) -> Diagnostic:
+    """Line *line* of the run *name* is no record for the reason *why*."""
+    return Diagnostic("CSP821", f"line {line} of `{name}` is no record of an event: {why}")
+
+
+@mistake(
+    "CSP822",
+    "the run cannot be read",
+    explanation="The file with the recorded run is missing, or may not be read.",
+    example="cspcheck trace rov.csp --process ROV no/such/run.jsonl",
+    repair="python program/main.py --events 100 --record run.jsonl",
+)
+def cannot_read(name: str, reason: str) -> Diagnostic:
+    """The file *name* cannot be read; *reason* is the system's word for why."""
+    return Diagnostic("CSP822", f"cannot read `{name}`: {reason}")
+
+
+@mistake(
+    "CSP823",
+    "too many states to follow",
+    explanation="""
+A run is followed by keeping all states in which the process can be after it. When these are too many (much happens
+unseen), nothing is said about the run.
+""",
+    example="cspcheck trace big.csp --process 'SYSTEM \\ Events' run.jsonl",
+    repair="cspcheck trace big.csp --process SYSTEM --inside run.jsonl",
+)
+def too_many_at_a_time(process: str) -> Diagnostic:
+    """*process* can be in too many states after the same trace."""
+    return Diagnostic(
+        "CSP823",
+        f"`{process}` can be in too many states at a time to follow the run",
+        help="show more of what happens: `--inside` follows hidden events too",
+    )

@@ -30,7 +30,7 @@ def all_mistakes() -> list[Mistake]:
     for module in pkgutil.iter_modules(cspm.messages.__path__, "cspm.messages."):
         import_module(module.name)
     import_module("checker.messages")
-    import_module("checker.proof.messages")
+    import_module("codegen.messages")
     import_module("cspcheck.messages")
     return [MISTAKES[code] for code in sorted(MISTAKES)]
 

@@ -198,6 +198,19 @@ class Script:
         node, frame = self._tied(text)
         return self._evaluator.run(lambda: self._plain(deep(self._evaluator.value(node, frame)(()))), node.span)
 
+    def value(self, text: str) -> Any:
+        """The value of an expression as the evaluator has it (``cspm.values``), evaluated through and through.
+
+        Raises:
+            ScriptError: also for infinite sequences.
+        """
+        node, frame = self._tied(text)
+        return self._evaluator.run(lambda: deep(self._evaluator.value(node, frame)(())), node.span)
+
+    def plain(self, value: Any) -> Any:
+        """A value of the evaluator as a Python value, as :meth:`evaluate` gives it."""
+        return self._plain(deep(value))
+
     def show(self, text: str) -> str:
         """The value of an expression as the language writes it."""
         node, frame = self._tied(text)

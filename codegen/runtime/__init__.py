@@ -15,8 +15,9 @@
 """
 
 from codegen.runtime.alternation import Choice, Fair, InOrder, NobodyDecides, Policy, Randomly
-from codegen.runtime.channel import ANY, Channel, Offer, WrongOffer, one_of
+from codegen.runtime.channel import ANY, UNDECIDED, Channel, Offer, WrongOffer, one_of
 from codegen.runtime.clock import Clock, MonotonicClock, VirtualClock
+from codegen.runtime.command import command
 from codegen.runtime.data import (
     BOOLEANS,
     Anything,
@@ -34,12 +35,13 @@ from codegen.runtime.data import (
 )
 from codegen.runtime.program import Program, Runner, Summary
 from codegen.runtime.recorder import JsonLines, Memory, Record, Recorder, Several
-from codegen.runtime.task import Stopped, Task
+from codegen.runtime.task import Next, Stopped, Task, go
 from codegen.runtime.waiting import Deadlock, Waiting
 
 __all__ = [
     "ANY",
     "BOOLEANS",
+    "UNDECIDED",
     "Anything",
     "Channel",
     "Choice",
@@ -54,6 +56,7 @@ __all__ = [
     "Members",
     "Memory",
     "MonotonicClock",
+    "Next",
     "NobodyDecides",
     "Offer",
     "OutOfRange",
@@ -76,5 +79,7 @@ __all__ = [
     "VirtualClock",
     "Waiting",
     "WrongOffer",
+    "command",
+    "go",
     "one_of",
 ]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, Never, cast
 
 from codegen.runtime.data import DataType
 
@@ -46,6 +46,19 @@ def one_of(values: Iterable[Any]) -> OneOf:
     return OneOf(frozenset(values))
 
 
+class Undecided:
+    """What a method gives that has not been written yet."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return "undecided"
+
+
+UNDECIDED: Final[Never] = cast(Never, Undecided())
+"""Instead of the values that a method is to give: the program's policy decides."""
+
+
 class Channel:
     """A synchronous channel.
 
@@ -55,6 +68,7 @@ class Channel:
         parties: the groups of tasks that can perform its events: every event is performed by all tasks of one of
             the groups at once. A text is the group of the one task that is called so. A mapping gives the groups for
             each event by the values that it carries; events that are not in it never happen.
+        never: tasks that offer its events and never find everybody that is needed for them.
         hidden: whether its events are internal: recorded as such.
     """
 
@@ -64,6 +78,7 @@ class Channel:
         types: Iterable[DataType] = (),
         *,
         parties: Iterable[str | Iterable[str]] | Mapping[Values, Iterable[str | Iterable[str]]],
+        never: Iterable[str] = (),
         hidden: bool = False,
     ) -> None:
         self.name = name
@@ -82,11 +97,16 @@ class Channel:
             task: tuple((group, tuple(sorted(group - {task}))) for group in self.groups if task in group)
             for task in self.tasks
         }
+        self.partners.update((task, ()) for task in never if task not in self.partners)
         """For each task the groups that it is in, with the others in them."""
 
     def put(self, *values: Any) -> Offer:
         """Offer the event with these values, and no other."""
         return Offer(self, values)
+
+    def meet(self) -> Offer:
+        """Offer the event of a channel without fields."""
+        return Offer(self, ())
 
     def get(self) -> Offer:
         """Offer all events of the channel: whatever values come."""
@@ -156,6 +176,13 @@ class Offer:
         for i, (declared, field) in enumerate(zip(channel.types, self.fields, strict=True)):
             if field is not ANY and not isinstance(field, OneOf):
                 declared.check(field, task, channel.field_name(i))
+
+    def groups(self) -> frozenset[Group] | None:
+        """The groups that can perform the event, if the offer is of one event of a channel that lists them."""
+        by_event = self.channel.by_event
+        if by_event is None or any(field is ANY or isinstance(field, OneOf) for field in self.fields):
+            return None
+        return by_event.get(self.fields, frozenset())
 
     def text(self) -> str:
         """``c.3?``, for messages."""

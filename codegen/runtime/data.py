@@ -58,6 +58,17 @@ class DataType:
         """All values in their order, or None where they cannot be listed."""
         raise NotImplementedError
 
+    def all(self) -> frozenset[Any]:
+        """The set itself.
+
+        Raises:
+            TypeError: its values cannot be listed.
+        """
+        values = self.values()
+        if values is None:
+            raise TypeError(f"the values of {self.describe()} cannot be listed")
+        return frozenset(values)
+
     def extent(self) -> str:
         """The set as a specification writes it."""
         raise NotImplementedError

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from heapq import heappop, heappush
 from typing import Protocol
 
-from codegen.runtime.alternation import Board, Choice, Commit, Policy
+from codegen.runtime.alternation import Board, Choice, Commit, Policy, agreed
 from codegen.runtime.channel import ANY, Offer, OneOf, Values, WrongOffer
 from codegen.runtime.clock import Clock, MonotonicClock
 from codegen.runtime.recorder import Record, Recorder
@@ -214,6 +214,18 @@ class Run:
                 self._pass_on()
             else:
                 self._look_for_the_end()
+
+    def decided(self, task: str, offer: Offer) -> Values:
+        """The values of the open fields of an offer, as the policy has them."""
+        plain = Offer(offer.channel, offer.fields)
+        with self._lock:
+            candidates = agreed(offer.channel, frozenset((task,)), (plain,))
+            if not candidates:
+                raise WrongOffer(f"{task}: no value is possible for {offer.text()}")
+            values = self._policy.value(Commit(offer.channel, ((task, 0),), candidates))
+        return tuple(
+            value for field, value in zip(offer.fields, values, strict=True) if field is ANY or isinstance(field, OneOf)
+        )
 
     def decide(self, task: str, ways: int) -> int:
         """An internal choice."""

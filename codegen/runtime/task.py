@@ -6,12 +6,13 @@ the program is run. Nothing but the methods of this class may be awaited in it.
 
 from __future__ import annotations
 
-from collections.abc import Coroutine, Generator
+from collections.abc import Callable, Coroutine, Generator
+from dataclasses import dataclass
 from types import coroutine
 from typing import TYPE_CHECKING, Any, Final
 
 from codegen.runtime.alternation import Choice
-from codegen.runtime.channel import ANY, Offer, OneOf, Values
+from codegen.runtime.channel import ANY, Offer, OneOf, Undecided, Values
 
 if TYPE_CHECKING:
     from codegen.runtime.run import Run
@@ -28,6 +29,23 @@ class Stopped(BaseException):
 def _wait(offers: tuple[Offer | None, ...]) -> Generator[tuple[Offer | None, ...], Choice, Choice]:
     """Hand a selection to whoever carries the task, and get the choice."""
     return (yield offers)
+
+
+@dataclass(frozen=True, slots=True)
+class Next:
+    """The state with which a task goes on."""
+
+    state: State
+    values: tuple[Any, ...]
+
+
+State = Callable[..., Coroutine[Any, Any, Next | None]]
+"""A named process of a task: does some things and says what comes next; None when it has come to its end."""
+
+
+def go(state: State, *values: Any) -> Next:
+    """Go on with a state: the last thing that a state does."""
+    return Next(state, values)
 
 
 class Task:
@@ -76,6 +94,12 @@ class Task:
         choice = await _wait((offer,))
         return choice.values if offer.body is None else self._call(offer)
 
+    async def follow(self, state: State, *values: Any) -> None:
+        """``P(values)``, where P is a state that says what comes next, until something comes to its end (``SKIP``)."""
+        step: Next | None = Next(state, values)
+        while step is not None:
+            step = await step.state(*step.values)
+
     async def stop(self) -> None:
         """``STOP``: never go on."""
         await _wait(())
@@ -122,6 +146,10 @@ class Task:
         assert offer.body is not None
         given = [field for field in offer.fields if field is not ANY and type(field) is not OneOf]
         result = offer.body(*given)
+        if isinstance(result, Undecided):
+            result = self.carrier.decided(self.name, offer)
+            if len(offer.fields) - len(given) == 1:
+                (result,) = result
         missing = len(offer.fields) - len(given)
         rest = iter(result if missing > 1 else (result,))
         values = tuple(next(rest) if field is ANY or type(field) is OneOf else field for field in offer.fields)

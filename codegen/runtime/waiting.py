@@ -52,7 +52,10 @@ def _waiting(board: Board, task: str) -> Waiting:
     offers = [offer for offer in board.waiting[task] if offer is not None]
     lacks: dict[str, None] = {}
     for offer in offers:
-        for _, others in offer.channel.partners[task]:
+        possible = offer.groups()
+        for group, others in offer.channel.partners[task]:
+            if possible is not None and group not in possible:
+                continue
             absent = [other for other in others if not board.waits_on(other, offer.channel)]
             # Where all have offers on the channel, it is the values that do not agree.
             lacks.update(dict.fromkeys(absent or others))

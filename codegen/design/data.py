@@ -1,0 +1,202 @@
+"""Data: values and types of the script as Python writes them, and what ``data_types.py`` has to define for that."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from typing import Any
+
+from codegen import messages
+from codegen.design.naming import camel, safe, unique, upper
+from cspm import types
+from cspm.diagnostics import ScriptError
+from cspm.dots import Constructor, Dotted, Event
+from cspm.events import FieldDomain
+from cspm.names_symbols import Symbol, SymbolKind
+from cspm.script import Script
+from cspm.sets import Set
+from cspm.source import Span
+from cspm.values import Boolean
+from cspm.values import Sequence as CspSequence
+from cspm.values_text import show
+
+INTEGERS_LISTED = 8
+"""So many integers that are no range are listed in a type without a name."""
+
+
+class Data:
+    """Collects the definitions of ``data_types.py`` while values and types are asked for."""
+
+    def __init__(self, script: Script) -> None:
+        self.script = script
+        self.taken: set[str] = {"Any", "Final", "Enum"}
+        self.definitions: list[str] = []
+        """Statements, in the order in which they must stand."""
+        self.runtime: set[str] = set()
+        """Names of the runtime that the definitions use."""
+        self.enums: set[str] = set()
+        self._types: dict[Hashable, str] = {}
+        self._constants: dict[Symbol, str] = {}
+        self._classes: dict[str, tuple[str, bool]] = {}
+
+    # --- values ----------------------------------------------------------------------------------------------
+
+    def literal(self, value: Any, where: str, span: Span | None = None) -> str:
+        """A value as an expression.
+
+        Raises:
+            ScriptError: it has no counterpart (a function, a process, an event).
+        """
+        match value:
+            case Boolean():
+                return "True" if value else "False"
+            case bool() | int():
+                return repr(value)
+            case str():
+                return repr(value)
+            case tuple():
+                items = [self.literal(item, where, span) for item in value]
+                return f"({', '.join(items)})"
+            case CspSequence():
+                items = [self.literal(item, where, span) for item in value.values()]
+                return f"({', '.join(items)}{',' if len(items) == 1 else ''})"
+            case Set() if value.is_finite():
+                elements = [self.literal(item, where, span) for item in value.elements()]
+                return f"frozenset({{{', '.join(elements)}}})" if elements else "frozenset()"
+            case Dotted() if isinstance(value.head, Constructor) and value.complete:
+                return self._constructed(value, where, span)
+            case Event():
+                pass
+        raise ScriptError(messages.no_value(show(value), where, span))
+
+    def _constructed(self, value: Dotted, where: str, span: Span | None) -> str:
+        name, is_enum = self._class(value.head.name)
+        if is_enum:
+            return f"{name}.{safe(value.head.name)}"
+        fields = [self.literal(field, where, span) for field in value.fields]
+        self.runtime.add("Tagged")
+        if not fields:
+            return f'Tagged("{value.head.name}")'
+        return f'Tagged("{value.head.name}", ({", ".join(fields)}{"," if len(fields) == 1 else ""}))'
+
+    def constructor(self, symbol: Symbol, arguments: Sequence[str], span: Span) -> str:
+        """A constructor of a datatype with its fields, which are expressions already."""
+        name, is_enum = self._class(symbol.name)
+        if is_enum:
+            return f"{name}.{safe(symbol.name)}"
+        if not arguments:
+            return f'Tagged("{symbol.name}")'
+        return f'Tagged("{symbol.name}", ({", ".join(arguments)}{"," if len(arguments) == 1 else ""}))'
+
+    def _class(self, constructor: str) -> tuple[str, bool]:
+        """What the datatype of a constructor is in Python: its name, and whether it is an enumeration."""
+        symbol = self.script.names.top_level.get(constructor)
+        declaration = symbol.declaration if symbol is not None else None
+        name: str = getattr(declaration, "name", constructor)
+        known = self._classes.get(name)
+        if known is None:
+            constructors: Any = getattr(declaration, "constructors", ())
+            is_enum = bool(constructors) and all(one.fields is None for one in constructors)
+            known = self._classes[name] = (unique(camel(name), self.taken), is_enum)
+            self.taken.add(known[0])
+            if is_enum:
+                members = [f'    {safe(one.name)} = "{one.name}"' for one in constructors]
+                text = [f"class {known[0]}(Enum):", f'    """The values of `{name}`."""', "", *members]
+                self.definitions.append("\n".join(text))
+                self.enums.add(known[0])
+        return known
+
+    # --- types -----------------------------------------------------------------------------------------------
+
+    def field_type(self, domain: FieldDomain | None, name: str | None, where: str) -> str:
+        """The type of a channel's field as an expression; defined by *name* if it has one."""
+        if domain is None:
+            self.runtime.add("Integers")
+            return "Integers()"
+        return self.set_type(tuple(domain.values), name, where)
+
+    def set_type(self, values: Sequence[Any], name: str | None, where: str) -> str:
+        """The type that has exactly these values."""
+        key = (name, tuple(values))
+        known = self._types.get(key)
+        if known is not None:
+            return known
+        if name is not None:
+            constant = unique(upper(name), self.taken)
+            self.taken.add(constant)
+            text = self._type(values, name, where)
+            self.definitions.append(f"{constant}: Final = {text}")
+            self._types[key] = constant
+            return constant
+        return self._type(values, None, where)
+
+    def _type(self, values: Sequence[Any], name: str | None, where: str) -> str:
+        called = "" if name is None else f', "{name}"'
+        if values and all(type(value) is int for value in values):
+            low, high = min(values), max(values)
+            if high - low + 1 == len(values):
+                self.runtime.add("Integers")
+                return f"Integers({low}, {high}{called})"
+        if values and len(values) == 2 and all(isinstance(value, Boolean) for value in values):
+            self.runtime.add("BOOLEANS")
+            return "BOOLEANS"
+        self.runtime.add("Members")
+        items = [self.literal(value, where) for value in values]
+        enum = items[0].partition(".")[0] if items else ""
+        if enum in self.enums and len(items) == self._size(enum) and all(i.startswith(f"{enum}.") for i in items):
+            return f"Members(tuple({enum}){called})"
+        return f"Members(({', '.join(items)}{',' if len(items) == 1 else ''}){called})"
+
+    def _size(self, enum: str) -> int:
+        text = next(text for text in self.definitions if text.startswith(f"class {enum}("))
+        return sum(" = " in line for line in text.splitlines())
+
+    # --- constants -------------------------------------------------------------------------------------------
+
+    def constant(self, symbol: Symbol, span: Span) -> tuple[str, bool]:
+        """The constant for a top-level value of the script, and whether it is a type (a set).
+
+        Raises:
+            ScriptError: its value cannot be written in Python, or evaluating it goes wrong.
+        """
+        value = self.value_of(symbol.name)
+        is_set = isinstance(value, Set)
+        known = self._constants.get(symbol)
+        if known is None:
+            if is_set:
+                if not value.is_finite():
+                    raise ScriptError(messages.no_value(symbol.name, "an expression", span))
+                known = self.set_type(tuple(value.elements()), symbol.name, f"`{symbol.name}`")
+            else:
+                text = self.literal(value, f"`{symbol.name}`", span)
+                known = unique(upper(symbol.name), self.taken)
+                self.taken.add(known)
+                self.definitions.append(f"{known}: Final = {text}")
+            self._constants[symbol] = known
+        return known, is_set
+
+    def value_of(self, text: str) -> Any:
+        """The value of an expression of the script, as the evaluator has it."""
+        return self.script.value(text)
+
+    # --- annotations -----------------------------------------------------------------------------------------
+
+    def annotation(self, type_: types.Type) -> str:
+        """What a Python annotation says of a CSPm type."""
+        found = types.resolve(type_)
+        match found:
+            case types.Atom():
+                return {"Int": "int", "Bool": "bool", "Char": "str"}.get(found.name, "Any")
+            case types.SetOf():
+                return f"frozenset[{self.annotation(found.element)}]"
+            case types.SequenceOf():
+                return f"tuple[{self.annotation(found.element)}, ...]"
+            case types.TupleOf():
+                return f"tuple[{', '.join(map(self.annotation, found.items))}]"
+            case types.Datatype():
+                constructor = next(iter(found.fields), None)
+                symbol = None if constructor is None else self.script.names.top_level.get(constructor)
+                if symbol is None or symbol.kind is not SymbolKind.CONSTRUCTOR:
+                    return "Any"
+                name, is_enum = self._class(symbol.name)
+                return name if is_enum else "Tagged"
+        return "Any"

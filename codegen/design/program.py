@@ -1,0 +1,445 @@
+"""The design of a program: everything that its text is made of, and nothing that is not in it."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, field
+from typing import Any
+
+from codegen import messages
+from codegen.design.data import Data
+from codegen.design.expressions import Expressions
+from codegen.design.naming import camel, snake, unique
+from codegen.design.network import Group, Leaf, Network, Wire, network
+from codegen.design.tasks import InternalChoice, Lines, Method, NeedsStates, Plain, Processes, State, Use
+from codegen.design.timing import Timing, timings
+from cspm import syntax, types
+from cspm.diagnostics import ScriptError
+from cspm.names_symbols import Symbol, SymbolKind
+from cspm.process import Reference
+from cspm.script import Script
+
+RESERVED_MODULES = sys.stdlib_module_names | {"channels", "codegen", "data_types", "functions", "main", "tests"}
+"""Names of other modules: a module of the program that is called like one of them would hide it."""
+
+
+@dataclass
+class ChannelDesign:
+    """A channel of the program: ``parties`` is the text of its parties, ``tasks`` who offers it."""
+
+    name: str
+    constant: str
+    types: list[str]
+    parties: str
+    never: list[str]
+    hidden: bool
+
+
+@dataclass
+class Instance:
+    """A task: its name, its arguments, and the channels that it has other than by their own names."""
+
+    name: str
+    variable: str
+    arguments: list[str]
+    ports: dict[str, str]
+
+
+@dataclass
+class TaskDesign:
+    """A module: one definition of the script that runs as one or more tasks.
+
+    ``states`` is empty where the task is a loop, ``loop`` None where it is states; ``start`` is the first state with
+    its values.
+    """
+
+    definition: str
+    module: str
+    class_name: str
+    text: str
+    parameters: list[tuple[str, str]]
+    loop: State | None
+    states: list[State]
+    start: str
+    methods: list[MethodDesign]
+    ports: dict[str, tuple[str, str | None]]
+    """For each channel the attribute of the task, and the constant that it is unless another is given."""
+    timing: Timing
+    instances: list[Instance] = field(default_factory=list)
+    from_data: set[str] = field(default_factory=set)
+    functions: set[str] = field(default_factory=set)
+
+
+@dataclass(frozen=True)
+class MethodDesign:
+    """A method to be written by hand."""
+
+    name: str
+    channel: str
+    parameters: tuple[tuple[str, str], ...]
+    returns: tuple[tuple[str, str], ...]
+    """Type constants with annotations of what it gives."""
+
+    @property
+    def annotation(self) -> str:
+        """What it returns."""
+        if not self.returns:
+            return "None"
+        if len(self.returns) == 1:
+            return self.returns[0][1]
+        return f"tuple[{', '.join(annotation for _, annotation in self.returns)}]"
+
+    @property
+    def signature(self) -> str:
+        """Its head, without ``def``."""
+        parameters = "".join(f", {name}: {annotation}" for name, annotation in self.parameters)
+        return f"{self.name}(self{parameters}) -> {self.annotation}"
+
+
+@dataclass
+class Design:
+    """A program."""
+
+    script: str
+    process: str
+    data: Data
+    channels: list[ChannelDesign]
+    tasks: list[TaskDesign]
+    functions: list[str]
+    functions_from_data: set[str]
+
+
+def design(script: Script, process: str, internal_choice: InternalChoice = "refuse") -> Design:
+    """The program for a process of a script.
+
+    Raises:
+        ScriptError: something in it is not generated; the diagnostic says what and why.
+    """
+    return _Designer(script, process, internal_choice).design()
+
+
+def candidates(script: Script) -> list[str]:
+    """The top-level processes without parameters that are compositions and that no other definition mentions.
+
+    One among them that is called ``SYSTEM`` or ``MAIN`` is the only candidate.
+    """
+    composed: list[str] = []
+    mentioned: set[str] = set()
+    for name, symbol in script.names.top_level.items():
+        declaration = symbol.declaration
+        if isinstance(declaration, syntax.FunctionDefinition):
+            for clause in declaration.clauses:
+                mentioned |= _names(clause.body) - {name}
+        if symbol.kind is not SymbolKind.VALUE or not isinstance(declaration, syntax.PatternDefinition):
+            continue
+        mentioned |= _names(declaration.body) - {name}
+        body = declaration.body
+        while isinstance(body, (syntax.Paren, syntax.Hide, syntax.Rename)):
+            body = body.inner if isinstance(body, syntax.Paren) else body.process
+        parallel = (syntax.Synchronised, syntax.AlphabetisedParallel, syntax.LinkedParallel)
+        if (
+            isinstance(body, parallel)
+            or (isinstance(body, syntax.ProcessBinary) and body.operator == "|||")
+            or (isinstance(body, syntax.Replicated) and body.operator in ("|||", "||", "[|", "<->"))
+        ):
+            composed.append(name)
+    free = [name for name in composed if name not in mentioned]
+    usual = [name for name in free if name.lower() in ("system", "main")]
+    return usual if len(usual) == 1 else free or composed
+
+
+def _names(node: Any) -> set[str]:
+    """All names in a tree."""
+    found: set[str] = set()
+    todo = [node]
+    while todo:
+        one = todo.pop()
+        if isinstance(one, syntax.Name):
+            found.add(one.text)
+        elif isinstance(one, syntax.Node):
+            todo.extend(getattr(one, name) for name in one.__dataclass_fields__ if name != "span")
+        elif isinstance(one, tuple):
+            todo.extend(one)
+    return found
+
+
+class _Designer:
+    def __init__(self, script: Script, process: str, internal_choice: InternalChoice) -> None:
+        self.script = script
+        self.process = process
+        self.internal_choice = internal_choice
+        self.data = Data(script)
+        self.constants: dict[int, str] = {}
+        self._functions: dict[Symbol, str] = {}
+        self._function_texts: list[str] = []
+        self._function_expressions = Expressions(script, self.data, self._function, "")
+        self._pending: list[Symbol] = []
+
+    def design(self) -> Design:
+        term = self.script.process(self.process)
+        found = network(term, self.script.events)
+        names = [leaf.name for leaf in found.leaves]
+        channels = [self._channel(wire, names) for wire in found.wires]
+        groups: dict[Symbol, list[int]] = {}
+        starts = [self._definition(leaf) for leaf in found.leaves]
+        for number, (symbol, _) in enumerate(starts):
+            groups.setdefault(symbol, []).append(number)
+        settings = timings(self.script.tree)
+        tasks: list[TaskDesign] = []
+        variables: set[str] = set()
+        for symbol, numbers in groups.items():
+            task = self._task(symbol, numbers, found, settings.get(symbol.name, Timing()), {t.module for t in tasks})
+            for number in numbers:
+                leaf = found.leaves[number]
+                variable = unique(snake(leaf.name.replace("#", "_").strip(")").replace("(", "_")), variables)
+                variables.add(variable)
+                arguments = [self.data.literal(value, f"the arguments of `{leaf.name}`") for value in starts[number][1]]
+                plugged = {
+                    attribute: (self.constants[id(leaf.ports[channel])], usual)
+                    for channel, (attribute, usual) in task.ports.items()
+                    if channel in leaf.ports
+                }
+                ports = {attribute: constant for attribute, (constant, usual) in plugged.items() if constant != usual}
+                task.instances.append(Instance(leaf.name, variable, arguments, ports))
+            tasks.append(task)
+        while self._pending:
+            self._define_function(self._pending.pop(0))
+        return Design(
+            self.script.source.name,
+            self.process,
+            self.data,
+            channels,
+            tasks,
+            self._function_texts,
+            self._function_expressions.from_data,
+        )
+
+    # --- channels --------------------------------------------------------------------------------------------
+
+    def _channel(self, wire: Wire, names: list[str]) -> ChannelDesign:
+        constant = unique(snake(wire.name), set(self.constants.values()))
+        self.constants[id(wire)] = constant
+        channel = wire.channel
+        written = self._field_names(channel.name)
+        if len(written) != channel.arity:
+            written = [None] * channel.arity
+        field_types = [
+            self.data.field_type(domain, name, f"the fields of `{channel.name}`")
+            for domain, name in zip(channel.domains, written, strict=True)
+        ]
+        joined = {leaf for group in wire.all_groups() for leaf in group}
+        never = [names[leaf] for leaf in wire.tasks if leaf not in joined]
+        if wire.by_event is None:
+            texts = self._groups(wire.groups, names)
+            parties = f"[{', '.join(texts)}]"
+            if len(parties) > 100:
+                parties = "\n        ".join(["[", *[f"{text}," for text in texts]]) + "\n    ]"
+        else:
+            rows = []
+            for event, groups in sorted(wire.by_event.items()):
+                values = self.script.events.parts(event)[1]
+                key = ", ".join(self.data.literal(v, f"the events of `{channel.name}`") for v in values)
+                rows.append(f"({key},): [{', '.join(self._groups(groups, names))}],")
+            inside = "\n        ".join(rows)
+            parties = f"{{\n        {inside}\n    }}"
+        return ChannelDesign(channel.name, constant, field_types, parties, never, wire.hidden)
+
+    def _groups(self, groups: frozenset[Group], names: list[str]) -> list[str]:
+        texts = []
+        for group in sorted(groups, key=sorted):
+            tasks = [f'"{names[leaf]}"' for leaf in sorted(group)]
+            texts.append(f"({', '.join(tasks)}{',' if len(tasks) == 1 else ''})")
+        return texts
+
+    def _field_names(self, channel: str) -> list[str | None]:
+        """How the declaration of a channel calls the types of its fields."""
+        symbol = self.script.names.top_level.get(channel)
+        declaration = symbol.declaration if symbol is not None else None
+        node = declaration.fields if isinstance(declaration, syntax.ChannelDeclaration) else None
+        found: list[str | None] = []
+        while node is not None:
+            left = node.left if isinstance(node, syntax.Dot) else node
+            node = node.right if isinstance(node, syntax.Dot) else None
+            while isinstance(left, syntax.Paren):
+                left = left.inner
+            is_name = isinstance(left, syntax.Name) and left.text not in ("Int", "Bool", "Char")
+            found.append(left.text if isinstance(left, syntax.Name) and is_name else None)
+        return found
+
+    def _usual(self, channel: str) -> str | None:
+        """The constant that a task takes for a channel unless it is given another."""
+        own = snake(channel)
+        return own if own in self.constants.values() else None
+
+    # --- tasks -----------------------------------------------------------------------------------------------
+
+    def _definition(self, leaf: Leaf) -> tuple[Symbol, tuple[Any, ...]]:
+        """The definition that a leaf runs, with its arguments."""
+        reference: Reference = leaf.reference
+        key: Any = reference.key
+        name = reference.text.partition("(")[0]
+        symbol = self.script.names.top_level.get(name)
+        if (
+            symbol is None
+            or symbol.kind not in (SymbolKind.VALUE, SymbolKind.FUNCTION)
+            or not isinstance(key, tuple)
+            or len(key) != 3
+        ):
+            raise ScriptError(messages.unnamed_task(reference.text, reference.span))
+        return symbol, tuple(key[2])
+
+    def _task(
+        self, symbol: Symbol, numbers: list[int], found: Network, timing: Timing, modules: set[str]
+    ) -> TaskDesign:
+        leaves = [found.leaves[number] for number in numbers]
+        module = snake(symbol.name).rstrip("_")
+        module = unique(f"{module}_process" if module in RESERVED_MODULES else module, modules)
+        if timing.at is not None and timing.at not in leaves[0].ports:
+            raise ScriptError(
+                messages.not_generated(
+                    f"a period of `{symbol.name}` at `{timing.at}`, which is no event of it", symbol.span
+                )
+            )
+
+        def uses(channel: str) -> Use:
+            wires = [(number, found.leaves[number].ports.get(channel)) for number in numbers]
+            own = all(wire is not None and _alone(wire, number) for number, wire in wires)
+            declared = next(c for c in self.script.events.channels if c.name == channel)
+            return Use(declared.arity, own, timing.at == channel)
+
+        plain: set[str] = set()
+        while True:
+            expressions = Expressions(self.script, self.data, self._function)
+            processes = Processes(expressions, uses, self.internal_choice, plain)
+            try:
+                loop, start = self._translate(processes, symbol)
+                break
+            except Plain as several:
+                plain.add(several.channel)
+        declaration = symbol.declaration
+        methods = [self._method(method, leaves[0]) for method in processes.methods.values()]
+        parameters = loop.parameters if loop is not None else self._parameters(processes, symbol)
+        return TaskDesign(
+            symbol.name,
+            module,
+            f"{camel(symbol.name)}Task",
+            declaration.span.text if declaration is not None else symbol.name,
+            parameters,
+            loop,
+            list(processes.states.values()),
+            start,
+            methods,
+            {channel: (attribute, self._usual(channel)) for channel, attribute in processes.ports.items()},
+            timing,
+            from_data=expressions.from_data,
+        )
+
+    def _parameters(self, processes: Processes, symbol: Symbol) -> list[tuple[str, str]]:
+        state = processes.states[symbol]
+        return [(name if name != "_" else f"value_{i}", note) for i, (name, note) in enumerate(state.parameters)]
+
+    def _translate(self, processes: Processes, symbol: Symbol) -> tuple[State | None, str]:
+        try:
+            return processes.loop(symbol), ""
+        except NeedsStates:
+            processes._loop = None
+            processes.methods.clear()
+            processes.ports.clear()
+            processes.as_states(symbol)
+            return None, processes.state_name(symbol)
+
+    def _method(self, method: Method, leaf: Leaf) -> MethodDesign:
+        channel = leaf.ports[method.channel].channel
+        written = self._field_names(method.channel)
+        if len(written) != channel.arity:
+            written = [None] * channel.arity
+        where = f"the fields of `{method.channel}`"
+        texts = [self.data.field_type(d, n, where) for d, n in zip(channel.domains, written, strict=True)]
+        notes = self._field_annotations(method.channel, channel.arity)
+        parameters = tuple((f"value_{i + 1}" if channel.arity > 1 else "value", notes[i]) for i in method.given)
+        return MethodDesign(
+            method.name, method.channel, parameters, tuple((texts[i], notes[i]) for i in method.returned)
+        )
+
+    def _field_annotations(self, channel: str, arity: int) -> list[str]:
+        symbol = self.script.names.top_level.get(channel)
+        if symbol is None or self.script.types is None:
+            return ["Any"] * arity
+        found: list[str] = []
+        type_ = types.resolve(self.script.types.scheme(symbol).type)
+        while isinstance(type_, types.Dotable):
+            argument = types.resolve(type_.argument)
+            while isinstance(argument, types.Dot):
+                found.append(self.data.annotation(argument.left))
+                argument = types.resolve(argument.right)
+            found.append(self.data.annotation(argument))
+            type_ = types.resolve(type_.result)
+        return found if len(found) == arity else ["Any"] * arity
+
+    # --- functions -------------------------------------------------------------------------------------------
+
+    def _function(self, symbol: Symbol, node: syntax.Node) -> str:
+        """The name of a function of the script in Python; its definition is made when all tasks are."""
+        known = self._functions.get(symbol)
+        if known is None:
+            known = self._functions[symbol] = unique(snake(symbol.name), set(self._functions.values()))
+            self._pending.append(symbol)
+        return known
+
+    def _define_function(self, symbol: Symbol) -> None:
+        declaration = symbol.declaration
+        expressions = self._function_expressions
+        if not isinstance(declaration, syntax.FunctionDefinition):
+            raise ScriptError(messages.not_generated(f"`{symbol.name}`", symbol.span))
+        first = declaration.clauses[0]
+        if len(first.groups) != 1:
+            raise expressions.refused(declaration, f"the curried definition `{declaration.name}`")
+        processes = Processes(expressions, lambda channel: Use(0, False, False), "refuse", set())
+        notes = processes._annotations(first.groups[0])
+        returns = "Any"
+        if self.script.types is not None:
+            result = types.resolve(self.script.types.scheme(symbol).type)
+            if isinstance(result, types.Function):
+                returns = self.data.annotation(result.result)
+        parameters = [f"value_{i + 1}" for i in range(len(notes))]
+        out = Lines()
+        simple = len(declaration.clauses) == 1
+        if simple:
+            with expressions.inside() as scope:
+                conditions: list[str] = []
+                bindings: list[str] = []
+                named = []
+                for pattern, parameter in zip(first.groups[0], parameters, strict=True):
+                    name = processes._parameter(pattern, scope.bind)
+                    named.append(parameter if name == "_" else name)
+                    if name == "_":
+                        processes._match(pattern, parameter, conditions, bindings)
+                if conditions:
+                    raise expressions.refused(declaration, f"the pattern of `{declaration.name}`")
+                head = ", ".join(f"{n}: {note}" for n, note in zip(named, notes, strict=True))
+                with out.block(f"def {self._functions[symbol]}({head}) -> {returns}:"):
+                    out.add(f'"""`{_one_line(declaration.span.text)}`."""', *bindings)
+                    out.add(f"return {expressions.text(first.body)}")
+        else:
+            head = ", ".join(f"{n}: {note}" for n, note in zip(parameters, notes, strict=True))
+            with out.block(f"def {self._functions[symbol]}({head}) -> {returns}:"):
+                out.add(f'"""`{declaration.name}`, clause by clause."""')
+                for clause in declaration.clauses:
+                    with expressions.inside():
+                        conditions, bindings = [], []
+                        for pattern, parameter in zip(clause.groups[0], parameters, strict=True):
+                            processes._match(pattern, parameter, conditions, bindings)
+                        with out.block(f"if {' and '.join(conditions) or 'True'}:"):
+                            out.add(*bindings, f"return {expressions.text(clause.body)}")
+                out.add(f'raise ValueError("no clause of {declaration.name} matches")')
+        self._function_texts.append("\n".join(out.lines))
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split()).replace("\\", "\\\\")
+
+
+def _alone(wire: Wire, leaf: int) -> bool:
+    """Whether a leaf performs the events of a channel alone."""
+    groups = [group for group in wire.all_groups() if leaf in group]
+    return bool(groups) and all(len(group) == 1 for group in groups)

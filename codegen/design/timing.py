@@ -1,0 +1,62 @@
+"""Comments that say how tasks are run: ``-- task Compass: period 100 ms at nextCps, offset 30 ms, priority 5``."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from codegen import messages
+from cspm import syntax
+from cspm.diagnostics import ScriptError
+
+_COMMENT = re.compile(r"^(?:--|\{-)\s*task\s+([A-Za-z_]\w*)\s*:\s*(.*?)\s*(?:-\})?$", re.DOTALL)
+_TIME = re.compile(r"^(\d+(?:\.\d+)?)\s*(ms|s|min)$")
+_SECONDS = {"ms": 0.001, "s": 1.0, "min": 60.0}
+
+
+@dataclass(frozen=True, slots=True)
+class Timing:
+    """How a task is run; ``at`` is the event that waits for its next release."""
+
+    period: float | None = None
+    offset: float = 0.0
+    priority: int = 0
+    at: str | None = None
+
+
+def timings(script: syntax.Script) -> dict[str, Timing]:
+    """What the comments of a script say, by the name of the definition.
+
+    Raises:
+        ScriptError: a comment of this form is not understood.
+    """
+    found: dict[str, Timing] = {}
+    for comment in script.comments:
+        match = _COMMENT.match(comment.text.strip())
+        if match is None:
+            continue
+        name, text = match.groups()
+        period: float | None = None
+        offset, priority, at = 0.0, 0, None
+        for part in filter(None, (piece.strip() for piece in text.split(","))):
+            word, _, rest = part.partition(" ")
+            if word == "period":
+                amount, _, event = rest.partition(" at ")
+                period, at = _time(amount), event.strip() or None
+                if period is None or at is None:
+                    why = "a period is written as `period 100 ms at EVENT`"
+                    raise ScriptError(messages.wrong_timing(part, why, comment.span))
+            elif word == "offset" and (time := _time(rest)) is not None:
+                offset = time
+            elif word == "priority" and rest.strip().lstrip("-").isdigit():
+                priority = int(rest)
+            else:
+                why = "expected `period TIME at EVENT`, `offset TIME` or `priority NUMBER`"
+                raise ScriptError(messages.wrong_timing(part, why, comment.span))
+        found[name] = Timing(period, offset, priority, at)
+    return found
+
+
+def _time(text: str) -> float | None:
+    match = _TIME.match(text.strip())
+    return None if match is None else round(float(match[1]) * _SECONDS[match[2]], 9)

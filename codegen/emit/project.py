@@ -1,0 +1,284 @@
+"""The files of a program, as texts."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from codegen import runtime
+from codegen.design.naming import camel
+from codegen.design.program import ChannelDesign, Design, MethodDesign, TaskDesign
+
+WIDTH = 120
+
+
+@dataclass(frozen=True)
+class Project:
+    """The texts by file name: ``generated`` are written each time, ``yours`` once.
+
+    ``interfaces`` says for each file of ``yours`` which methods its class must have, with their signatures.
+    """
+
+    generated: dict[str, str]
+    yours: dict[str, str]
+    interfaces: dict[str, dict[str, str]]
+
+
+@cache
+def _environment() -> Any:
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    return Environment(
+        loader=PackageLoader("codegen", "templates"),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,
+    )
+
+
+def project(design: Design, folder: str) -> Project:
+    """The program of a design, to be put into *folder*."""
+    return _Writer(design, os.path.basename(os.path.normpath(folder)) or "program").project()
+
+
+class _Writer:
+    def __init__(self, design: Design, folder: str) -> None:
+        self.design = design
+        self.folder = folder
+
+    def project(self) -> Project:
+        generated = {"data_types.py": self._data_types()}
+        generated["channels.py"] = self._channels()
+        if self.design.functions:
+            generated["functions.py"] = self._functions()
+        yours: dict[str, str] = {}
+        interfaces: dict[str, dict[str, str]] = {}
+        for task in self.design.tasks:
+            generated[f"{task.module}.py"] = self._task(task)
+            if task.methods:
+                name = f"{task.module}_methods.py"
+                yours[name] = self._methods(task)
+                interfaces[name] = {method.name: method.signature for method in task.methods}
+        generated["main.py"] = self._main()
+        generated["pyproject.toml"] = self._render("pyproject.toml.j2")
+        generated["README.md"] = self._render(
+            "README.md.j2", yours=yours, remark=self._remark, joins=_joins, process_argument=_shell(self.design.process)
+        )
+        return Project(
+            {name: _tidy(text) for name, text in generated.items()},
+            {name: _tidy(text) for name, text in yours.items()},
+            interfaces,
+        )
+
+    def _render(self, template: str, **values: Any) -> str:
+        script_name = os.path.basename(self.design.script)
+        text: str = (
+            _environment()
+            .get_template(template)
+            .render(design=_WithName(self.design, script_name), folder=self.folder, **values)
+        )
+        return text
+
+    def _data_types(self) -> str:
+        data = self.design.data
+        definitions = [f"\n\n{text}\n" if text.startswith("class ") else wrapped(text) for text in data.definitions]
+        text = "\n".join(data.definitions)
+        return self._render(
+            "data_types.py.j2",
+            definitions=definitions,
+            uses_enum="(Enum)" in text,
+            uses_final="Final" in text,
+            runtime=used(text, runtime.__all__),
+        )
+
+    def _constants(self) -> list[str]:
+        """What ``data_types`` defines."""
+        return [re.match(r"(?:class )?(\w+)", text)[1] for text in self.design.data.definitions]  # type: ignore[index]
+
+    def _channels(self) -> str:
+        text = " ".join(
+            [*[t for c in self.design.channels for t in c.types], *[c.parties for c in self.design.channels]]
+        )
+        return self._render(
+            "channels.py.j2", runtime=used(f"{text} Channel", runtime.__all__), data=used(text, self._constants())
+        )
+
+    def _functions(self) -> str:
+        text = "\n".join(self.design.functions)
+        return self._render(
+            "functions.py.j2",
+            runtime=used(text, runtime.__all__),
+            data=used(text, self._constants()),
+            uses_any=bool(used(text, ["Any"])),
+        )
+
+    def _task(self, task: TaskDesign) -> str:
+        methods_class = _methods_class(task)
+        lines = [line for state in [*([task.loop] if task.loop else []), *task.states] for line in state.lines]
+        annotations = [note for state in task.states for _, note in state.parameters]
+        annotations += [note for _, note in task.parameters]
+        annotations += [note for m in task.methods for note in (m.annotation, *[n for _, n in m.parameters])]
+        text = "\n".join([*lines, *annotations])
+        names = [*used(text, runtime.__all__), "Task", "Channel"]
+        if task.states:
+            names.append("Next")
+        if any(method.returns for method in task.methods):
+            names.append("UNDECIDED")
+        timing = task.timing
+        settings = ""
+        if timing.priority:
+            settings += f", priority={timing.priority}"
+        if timing.period is not None:
+            settings += f", period={timing.period}"
+        if timing.offset:
+            settings += f", offset={timing.offset}"
+        return self._render(
+            "task.py.j2",
+            task=task,
+            quoted=_quoted(task.text),
+            methods_class=methods_class,
+            method_text=_method_text,
+            runtime=sorted(set(names) - ({"Channel"} if not task.ports else set()), key=_order),
+            data=used(text, self._constants()),
+            functions=bool(re.search(r"\bfunctions\.", text)),
+            uses_any=bool(used(text, ["Any"])),
+            timing=settings,
+            what="For ever." if task.loop else f"As the states have it, from `{task.start}` on.",
+            docstring=_docstring,
+        )
+
+    def _methods(self, task: TaskDesign) -> str:
+        notes = " ".join(note for m in task.methods for note in (m.annotation, *[n for _, n in m.parameters]))
+        return self._render(
+            "methods.py.j2",
+            task=task,
+            methods_class=_methods_class(task),
+            method_text=_method_text,
+            runtime=used(notes, ["Tagged"]),
+            data=used(notes, self._constants()),
+            wanted=lambda method: " and ".join(f"a value of {_plain(text)}" for text, _ in method.returns),
+            call=lambda method: f"{method.name}({', '.join(name for name, _ in method.parameters)})",
+        )
+
+    def _main(self) -> str:
+        tasks: list[str] = []
+        for task in self.design.tasks:
+            for one in task.instances:
+                arguments = [f'"{one.name}"']
+                if task.methods:
+                    arguments.append(f"{task.module}_methods.Methods()")
+                arguments += [_qualified(text, self._constants()) for text in one.arguments]
+                arguments += [f"{attribute}=channels.{constant}" for attribute, constant in one.ports.items()]
+                tasks.append(f"{task.class_name}({', '.join(arguments)})")
+        text = "\n".join(tasks)
+        names = ["Task", "command", *used(text, ["Tagged"])]
+        return self._render(
+            "main.py.j2",
+            tasks=tasks,
+            runtime=sorted(names, key=_order),
+            imports=_sorted_imports(
+                [name for name in ("channels", "data_types") if f"{name}." in text]
+                + [f"{task.module}_methods" for task in self.design.tasks if task.methods],
+                {task.module: task.class_name for task in self.design.tasks},
+            ),
+        )
+
+    def _remark(self, task: TaskDesign) -> str:
+        timing = task.timing
+        parts = []
+        if timing.period is not None:
+            parts.append(f"every {timing.period} s, at `{timing.at}`")
+        if timing.priority:
+            parts.append(f"priority {timing.priority}")
+        return ", ".join(parts)
+
+
+def _sorted_imports(modules: Iterable[str], names: Mapping[str, str]) -> list[str]:
+    """Imports of modules and of one name each, as sorted imports stand."""
+    plain = [f"import {module}" for module in sorted(modules)]
+    return [*plain, *[f"from {module} import {names[module]}" for module in sorted(names)]]
+
+
+class _WithName:
+    """A design with the name of its script, for templates."""
+
+    def __init__(self, design: Design, script_name: str) -> None:
+        self._design = design
+        self.script_name = script_name
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._design, name)
+
+
+def used(text: str, names: Iterable[str]) -> list[str]:
+    """Those of *names* that occur in a text as words, in the order of an import."""
+    words = set(re.findall(r"(?<![.\w])[A-Za-z_]\w*", re.sub(r'"[^"\n]*"', '""', text)))
+    return sorted({name for name in names if name in words}, key=_order)
+
+
+def _order(name: str) -> tuple[int, str]:
+    """Constants, classes, functions: the order in which sorted imports stand."""
+    if name.isupper() and len(name) > 1:
+        return (0, name)
+    return (1, name) if name[0].isupper() else (2, name)
+
+
+def wrapped(statement: str) -> str:
+    """A long assignment of a display, an item a line."""
+    if len(statement) <= WIDTH or not statement.endswith(")"):
+        return statement
+    head, _, rest = statement.partition("(")
+    return f"{head}(\n    {rest[:-1]}\n)"
+
+
+def _methods_class(task: TaskDesign) -> str:
+    return f"{camel(task.definition)}Methods"
+
+
+def _method_text(method: MethodDesign) -> str:
+    fields = "".join(f", with `{name}`" for name, _ in method.parameters)
+    gives = "; gives " + " and ".join(f"a value of {_plain(t)}" for t, _ in method.returns) if method.returns else ""
+    return f"`{method.channel}`{fields}{gives}."
+
+
+def _plain(text: str) -> str:
+    match = re.fullmatch(r"Integers\((-?\d+), (-?\d+)\)", text)
+    return f"{match[1]}..{match[2]}" if match else text
+
+
+def _qualified(text: str, constants: Sequence[str]) -> str:
+    for name in used(text, constants):
+        text = re.sub(rf"(?<![.\w]){name}\b", f"data_types.{name}", text)
+    return text
+
+
+def _quoted(text: str) -> str:
+    lines = [line.rstrip() for line in text.strip().splitlines()]
+    return "\n".join(lines).replace("\\", "\\\\").replace('"""', "'''")
+
+
+def _docstring(text: str) -> str:
+    one = " ".join(text.split()).replace("\\", "\\\\").replace('"""', "'''")
+    short = one if len(one) <= 90 else f"{one[:87].rstrip()}..."
+    return f"`{short}`."
+
+
+def _joins(channel: ChannelDesign) -> str:
+    names = dict.fromkeys(re.findall(r'"([^"]+)"', channel.parties))
+    return ", ".join(f"`{name}`" for name in names) or "nobody"
+
+
+def _shell(text: str) -> str:
+    return text if re.fullmatch(r"[\w.]+", text) else f"'{text}'"
+
+
+def _tidy(text: str) -> str:
+    """No blanks at the ends of lines, at most two empty lines, one line break at the end."""
+    lines = [line.rstrip() for line in text.splitlines()]
+    return re.sub(r"\n{4,}", "\n\n\n", "\n".join(lines)).strip("\n") + "\n"

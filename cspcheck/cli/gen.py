@@ -1,0 +1,72 @@
+"""``cspcheck gen FILE -o FOLDER``: a program of tasks and channels from a script."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from cspcheck.cli import finish
+from cspcheck.cli.options import script_options
+
+
+@click.command(short_help="Generate a program of tasks and channels.")
+@click.argument("file", type=click.Path(allow_dash=True))
+@click.option("-o", "--output", required=True, metavar="FOLDER", help="Where the program goes.")
+@click.option("--process", metavar="NAME", help="The process to generate, if the script leaves a choice.")
+@click.option(
+    "--internal-choice",
+    type=click.Choice(["refuse", "in-turn", "random"]),
+    default="refuse",
+    show_default=True,
+    help="What becomes of `|~|`: not generated, or decided by the program's policy when it runs.",
+)
+@click.option("--force", is_flag=True, help="Replace generated files that were edited; they stay as NAME.edited.")
+@script_options
+@click.option("--color", type=click.Choice(["auto", "always", "never"]), default="auto", help="Colour of messages.")
+def command(**options: Any) -> None:
+    """Generate a Python program of tasks and channels that runs as it is.
+
+    FILE is a script; what is composed in parallel in it becomes tasks. Generated files are written anew each time; the
+    files that end in `_methods.py` are yours and are written once.
+    """
+    from codegen.design.program import candidates, design
+    from codegen.emit.keeping import orphans, write
+    from codegen.emit.project import project
+    from codegen.messages import no_process
+    from cspcheck.checking import Settings, load
+    from cspcheck.cli.streams import Remarks, StandardOutput
+    from cspcheck.messages import cannot_write
+    from cspcheck.report.diagnostics import render_diagnostics
+    from cspcheck.report.style import style_for
+    from cspcheck.result import Exit
+    from cspm.diagnostics import ScriptError
+
+    remarks = Remarks()
+    say = StandardOutput().write
+    try:
+        script = load(options["file"], Settings(definitions=dict(options["definitions"])))
+        name = options["process"]
+        if name is None:
+            found = candidates(script)
+            if len(found) != 1:
+                raise ScriptError(no_process(found))
+            (name,) = found
+        texts = project(design(script, name, options["internal_choice"]), options["output"])
+        try:
+            result = write(texts, options["output"], force=options["force"])
+        except OSError as error:
+            raise ScriptError(cannot_write(options["output"], error.strerror or str(error))) from None
+    except ScriptError as error:
+        remarks.write(render_diagnostics(error.diagnostics, style_for(remarks.stream, options["color"])))
+        finish(Exit.NOT_RUN)
+    remarks.write(render_diagnostics(result.warnings, style_for(remarks.stream, options["color"])))
+    for what, names in (("wrote", result.written), ("removed", result.removed), ("saved as", result.saved)):
+        if names:
+            say(f"{what} {', '.join(sorted(names))}\n")
+    if result.kept:
+        say(f"yours, not touched: {', '.join(sorted(result.kept))}\n")
+    for left in orphans(texts, options["output"]):
+        say(f"yours, and no task uses it any more: {left}\n")
+    say(f"run it with: python {options['output'].rstrip('/')}/main.py\n")
+    finish(Exit.OK)

@@ -1,0 +1,87 @@
+"""``cspcheck trace SCRIPT --process NAME RUN``: is a recorded run a trace of the specification?"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from typing import Any
+
+import click
+
+from cspcheck.cli import finish
+from cspcheck.cli.options import script_options
+
+
+@click.command(short_help="Say whether a recorded run is a trace of a process.")
+@click.argument("file", type=click.Path())
+@click.argument("run", type=click.Path(allow_dash=True))
+@click.option("--process", required=True, metavar="NAME", help="The process that the run should be a trace of.")
+@click.option("--inside", is_flag=True, help="Follow hidden events too: the process without its outermost hiding.")
+@click.option("--format", "form", type=click.Choice(["full", "json"]), default="full", help="Output form.")
+@script_options
+@click.option("--color", type=click.Choice(["auto", "always", "never"]), default="auto", help="Colour of messages.")
+def command(**options: Any) -> None:
+    """Say whether a recorded run is a trace of a process, and if not, where and why it leaves it.
+
+    FILE is a script, RUN a file with a line of JSON for each event (or `-`), as generated programs record it.
+    """
+    from cspcheck.checking import Settings, load
+    from cspcheck.cli.streams import Remarks, StandardOutput
+    from cspcheck.following import Follower, TooManyStates
+    from cspcheck.messages import cannot_read, too_many_at_a_time
+    from cspcheck.report.diagnostics import render_diagnostics
+    from cspcheck.report.style import style_for
+    from cspcheck.result import Exit
+    from cspcheck.runs import follow, read_records
+    from cspm.diagnostics import ScriptError
+
+    remarks = Remarks()
+    say = StandardOutput().write
+    name, process = options["run"], options["process"]
+    started = time.perf_counter()
+    try:
+        script = load(options["file"], Settings(definitions=dict(options["definitions"])))
+        try:
+            follower = Follower(script, script.process(process), hidden=options["inside"])
+            with sys.stdin if name == "-" else open(name, encoding="utf-8") as lines:
+                verdict = follow(follower, read_records(lines, name))
+        except OSError as error:
+            raise ScriptError(cannot_read(name, error.strerror or str(error))) from None
+        except TooManyStates:
+            remarks.write(
+                render_diagnostics([too_many_at_a_time(process)], style_for(remarks.stream, options["color"]))
+            )
+            finish(Exit.UNKNOWN)
+    except ScriptError as error:
+        remarks.write(render_diagnostics(error.diagnostics, style_for(remarks.stream, options["color"])))
+        finish(Exit.NOT_RUN)
+    departure = verdict.departure
+    if options["form"] == "json":
+        document = {
+            "schema": "cspcheck-trace/1",
+            "process": process,
+            "run": name,
+            "verdict": "pass" if departure is None else "fail",
+            "events": verdict.events,
+            "followed": verdict.followed,
+            "line": verdict.line,
+            "event": None if departure is None else departure.event,
+            "why": None if departure is None else departure.why,
+            "allowed": None if departure is None else list(departure.allowed),
+            "before": None if departure is None else list(departure.before),
+        }
+        say(json.dumps(document, indent=2) + "\n")
+    else:
+        seconds = time.perf_counter() - started
+        if departure is None:
+            unseen = verdict.events - verdict.followed
+            hidden = f", {unseen:,} of them hidden" if unseen else ""
+            say(f"{name} is a trace of `{process}`: {verdict.events:,} events{hidden}, {seconds:.2f} s\n")
+        else:
+            say(f"{name} leaves `{process}` in line {verdict.line}\n{departure.explain()}\n")
+            record = verdict.record
+            if record is not None and record.tasks:
+                at = "" if record.time is None else f" at {record.time:g} s"
+                say(f"  performed by {', '.join(record.tasks)}{at}\n")
+    finish(Exit.OK if departure is None else Exit.FAILED)

@@ -1,0 +1,83 @@
+"""Recorded runs: files with a record of each event, a line of JSON each, as generated programs write them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from cspcheck.following import Departure, Follower, at
+from cspcheck.messages import wrong_record
+from cspm.diagnostics import ScriptError
+
+
+@dataclass(frozen=True, slots=True)
+class Recorded:
+    """An event of a recorded run; ``time`` and ``tasks`` are None where the record does not say."""
+
+    event: str
+    hidden: bool
+    time: float | None
+    tasks: tuple[str, ...] | None
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What following a run came to.
+
+    ``departure`` is None if it is a trace; ``line`` is that of the departure in the file; ``events`` counts all events
+    up to there, ``followed`` those that were followed.
+    """
+
+    departure: Departure | None
+    line: int | None
+    record: Recorded | None
+    events: int
+    followed: int
+
+
+def read_records(lines: Iterable[str], name: str) -> Iterator[tuple[int, Recorded]]:
+    """The records in the lines of a file, with the numbers of their lines. Empty lines do not count.
+
+    Raises:
+        ScriptError: a line is no record.
+    """
+    for number, line in enumerate(lines, 1):
+        if not line.strip():
+            continue
+        try:
+            found: Any = json.loads(line)
+        except ValueError:
+            raise ScriptError(wrong_record(name, number, "it is no JSON")) from None
+        if isinstance(found, str):
+            yield number, Recorded(found, False, None, None)
+        elif isinstance(found, dict) and isinstance(found.get("event"), str):
+            tasks = found.get("tasks")
+            time = found.get("time")
+            yield (
+                number,
+                Recorded(
+                    found["event"],
+                    bool(found.get("hidden", False)),
+                    float(time) if isinstance(time, (int, float)) else None,
+                    tuple(map(str, tasks)) if isinstance(tasks, list) else None,
+                ),
+            )
+        else:
+            raise ScriptError(wrong_record(name, number, "it has no text `event`"))
+
+
+def follow(follower: Follower, records: Iterable[tuple[int, Recorded]]) -> Verdict:
+    """Follow a run to its end, or to where it leaves the process.
+
+    Events that were hidden when they were recorded are left out, unless the follower follows those too.
+    """
+    count = 0
+    for line, record in records:
+        if follower.follows(record.event, record.hidden):
+            departure = follower.step(record.event)
+            if departure is not None:
+                return Verdict(at(departure, count), line, record, count, follower.followed)
+        count += 1
+    return Verdict(None, None, None, count, follower.followed)

@@ -1,0 +1,93 @@
+"""Generated programs for tests: written into a folder, loaded from it, run and followed."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import cspcheck
+from codegen.design.program import design
+from codegen.design.tasks import InternalChoice
+from codegen.emit.keeping import write
+from codegen.emit.project import project
+from codegen.runtime import Deadlock, Program, Randomly, Record, VirtualClock
+from cspcheck import testing
+
+SPECS = Path(__file__).resolve().parents[2] / "specs"
+
+EXAMPLES: tuple[tuple[str, str, InternalChoice], ...] = (
+    ("producer_consumer/producer_consumer.csp", "SYSTEM", "refuse"),
+    ("producer_consumer/producer_consumer.csp", "Repaired", "refuse"),
+    ("rov/rov.csp", "ROV_Control_Module", "refuse"),
+    ("classics/philosophers.csp", "Symmetric", "refuse"),
+    ("classics/buffer_chain.csp", "Chain", "refuse"),
+    ("classics/milner.csp", "Scheduler", "refuse"),
+    ("classics/peterson.csp", "System", "refuse"),
+    ("classics/token_ring.csp", "Ring", "refuse"),
+    ("classics/election.csp", "Election", "refuse"),
+    ("classics/abp.csp", "Protocol", "random"),
+)
+"""Script, process and internal choice of every exhibit that is generated."""
+
+
+def generate(script: cspcheck.Script, process: str, folder: Path, internal_choice: InternalChoice = "refuse") -> None:
+    """Write the program of a process."""
+    write(project(design(script._script, process, internal_choice), str(folder)), folder)
+
+
+@contextmanager
+def loaded(folder: Path) -> Iterator[Any]:
+    """The main module of the program in a folder."""
+    before = set(sys.modules)
+    sys.path.insert(0, str(folder))
+    importlib.invalidate_caches()
+    try:
+        yield importlib.import_module("main")
+    finally:
+        sys.path.remove(str(folder))
+        for name in set(sys.modules) - before:
+            origin = getattr(sys.modules[name], "__file__", None)
+            if origin is not None and Path(origin).parent == folder:
+                del sys.modules[name]
+
+
+class Both:
+    """Follows a run twice: what can be seen of it, and what is hidden as well."""
+
+    def __init__(self, script: cspcheck.Script, process: str) -> None:
+        self.outside = testing.follow(script, process)
+        self.inside = testing.follow(script, process, inside=True)
+        self.events = 0
+
+    def record(self, record: Record) -> None:
+        self.outside.record(record)
+        self.inside.record(record)
+        self.events += 1
+
+    def close(self) -> None:
+        self.outside.close()
+        self.inside.close()
+
+
+def followed(script: cspcheck.Script, process: str, folder: Path, events: int, seed: int) -> tuple[int, bool]:
+    """Run random schedules of a program until so many events have been followed; how many, and whether it deadlocks."""
+    both = Both(script, process)
+    deadlocked = False
+    with loaded(folder) as main:
+        while both.events < events:
+            try:
+                Program(main.tasks()).run(
+                    "loop",
+                    clock=VirtualClock(),
+                    policy=Randomly(seed),
+                    recorder=both,
+                    events=events - both.events,
+                )
+            except Deadlock:
+                deadlocked = True
+            seed += 1
+    return both.events, deadlocked

@@ -1,0 +1,174 @@
+"""Generated programs: they are what a person would have written, and every run of them is a trace of the script."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import cspcheck
+from codegen.design.program import candidates, design
+from codegen.emit.project import project
+from codegen.runtime import Memory, Program, VirtualClock
+from tests.codegen.programs import EXAMPLES, SPECS, followed, generate, loaded
+
+DEADLOCKING = {"Symmetric", "Election"}
+IDS = [f"{script.partition('/')[2]}-{process}" for script, process, _ in EXAMPLES]
+
+
+@pytest.mark.parametrize(("script", "process", "choice"), EXAMPLES, ids=IDS)
+def test_random_schedules_are_traces_of_the_script(script: str, process: str, choice: str, tmp_path: Path) -> None:
+    """A longer run of the same is ``python tests/benchmarks/bench_conformance.py``."""
+    loaded_script = cspcheck.load(SPECS / script)
+    generate(loaded_script, process, tmp_path, choice)  # type: ignore[arg-type]
+    events, deadlocked = followed(loaded_script, process, tmp_path, 3_000, seed=1)
+    assert events == 3_000
+    assert deadlocked == (process in DEADLOCKING)
+
+
+def test_generated_programs_pass_linter_and_type_checker(tmp_path: Path) -> None:
+    for i, (script, process, choice) in enumerate(EXAMPLES):
+        generate(cspcheck.load(SPECS / script), process, tmp_path / f"p{i}", choice)
+    timed = cspcheck.loads(TIMED)
+    generate(timed, "SYSTEM", tmp_path / "timed")
+    data = cspcheck.loads(DATA)
+    generate(data, "SYSTEM", tmp_path / "data")
+    folders = sorted(tmp_path.iterdir())
+    for folder in folders:
+        lint = subprocess.run([sys.executable, "-m", "ruff", "check", "."], cwd=folder, capture_output=True, text=True)
+        assert lint.returncode == 0, lint.stdout
+    # Their modules have the same names, so each is checked by itself.
+    for folder in (folders[0], tmp_path / "p9", tmp_path / "data"):
+        modules = sorted(path.name for path in folder.glob("*.py"))
+        types = subprocess.run(
+            [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path / ".cache"), *modules],
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            env={"PATH": "", "MYPYPATH": str(SPECS.parent)},
+        )
+        assert types.returncode == 0, types.stdout
+
+
+TIMED = """
+channel read, next, send : {0..3}
+channel watch
+-- task Sensor: period 100 ms at next, offset 10 ms
+-- task Guard: period 250 ms at watch, priority 3
+Sensor = read?x -> send!x -> next.0 -> Sensor
+Guard = watch -> Guard
+Base = send?x -> Base
+SYSTEM = (Sensor [| {| send |} |] Base) ||| Guard
+"""
+
+DATA = """
+datatype Colour = red | green
+datatype Message = Empty | Full.Colour.{0..2}
+N = 2
+Small = {0..N}
+channel paint : Colour
+channel post : Message
+channel sum : Small
+channel pairs : (Small, Small)
+swap((x, y)) = (y, x)
+mixed(c, n) = if c == red then Full.green.n else Full.red.(N - n)
+total(<>) = 0
+total(<x>^rest) = (x + total(rest)) % (N + 1)
+Painter(c, s) = paint!c -> post!mixed(c, #s) -> Counter(s ^ <#s>)
+  [] #s == N & sum!total(s) -> pairs!swap((0, #s)) -> Painter(c, <>)
+Counter(s) = if #s > N then Painter(red, <>) else sum?x:{0..#s} -> (let y = x within
+  (member(y, {0, 1}) & post.Empty -> Painter(green, tail(s) ^ <y>) [] y == 2 & post?m -> SKIP ; Painter(red, s)))
+Wall = paint?c -> Wall
+Box = post?m -> Box
+Ledger = sum.0 -> Ledger [] sum?n:{1..2} -> Ledger [] pairs?p -> Ledger
+SYSTEM = Painter(red, <>) [| {| paint, post, sum, pairs |} |] (Wall ||| Box ||| Ledger)
+"""
+
+
+def test_data_and_functions_are_translated(tmp_path: Path) -> None:
+    script = cspcheck.loads(DATA)
+    generate(script, "SYSTEM", tmp_path)
+    assert followed(script, "SYSTEM", tmp_path, 2_000, seed=3) == (2_000, False)
+
+
+def test_the_text_of_a_task_is_what_a_person_would_write(tmp_path: Path) -> None:
+    generate(cspcheck.load(SPECS / "rov" / "rov.csp"), "ROV_Control_Module", tmp_path)
+    text = (tmp_path / "stop.py").read_text()
+    assert (
+        text[text.index("    async def run") :]
+        == '''\
+    async def run(self) -> None:
+        """For ever."""
+        while True:
+            await self.perform(self.check_last_reception.own(self.methods.check_last_reception))
+            choice = await self.select(
+                self.stop_s2.meet(),
+                self.get_next_execution_stp.own(self.methods.get_next_execution_stp),
+            )
+            if choice.taken == 0:
+                await self.perform(self.get_next_execution_stp.own(self.methods.get_next_execution_stp))
+'''
+    )
+
+
+def test_comments_make_tasks_periodic(tmp_path: Path) -> None:
+    script = cspcheck.loads(TIMED)
+    generate(script, "SYSTEM", tmp_path)
+    with loaded(tmp_path) as main:
+        memory = Memory()
+        summary = Program(main.tasks()).run("threads", clock=VirtualClock(), recorder=memory, seconds=2.0)
+    times = {name: [r.time for r in memory.records if r.channel == name] for name in ("next", "watch")}
+    assert times["next"] == [0.01 + n * 0.1 for n in range(20)]
+    assert times["watch"] == [n * 0.25 for n in range(8)]
+    assert summary.missed == {"Sensor": 0, "Guard": 0}
+
+
+REFUSED = {
+    "a process that forks": ("channel a\nP = a -> (P ||| P)\nSYSTEM = P", "CSP803"),
+    "hiding in a loop": ("channel a, b\nP = a -> (P \\ {b})\nSYSTEM = P ||| P", "CSP803"),
+    "no name": ("channel a, b\nSYSTEM = (a -> STOP) ||| (b -> STOP)", "CSP802"),
+    "internal choice": ("channel a, b\nP = a -> P |~| b -> P\nSYSTEM = P ||| P", "CSP804"),
+    "interrupt": ("channel a, b\nP = a -> P /\\ b -> STOP\nSYSTEM = P ||| P", "CSP805"),
+    "part of a channel hidden": ("channel a : {0..1}\nP = a?x -> P\nSYSTEM = (P ||| P) \\ {a.0}", "CSP806"),
+    "part of a channel renamed": ("channel a, b : {0..1}\nP = a?x -> P\nSYSTEM = (P ||| P)[[a.0 <- b.1]]", "CSP806"),
+    "a channel as argument": ("channel a\nP(c) = c -> P(c)\nSYSTEM = P(a) ||| P(a)", "CSP805"),
+    "events as argument": ("channel a\nP(s) = a -> P(s)\nSYSTEM = P({a}) ||| P({a})", "CSP807"),
+    "priorities": ("external prioritise\nchannel a\nP = a -> P\nSYSTEM = prioritise(P, <{a}>)", "CSP805"),
+    "a wrong period": ("channel a\nP = a -> P\n-- task P: period often at a\nSYSTEM = P ||| P", "CSP811"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_cannot_be_generated_is_refused_with_a_reason(name: str) -> None:
+    text, code = REFUSED[name]
+    with pytest.raises(cspcheck.ScriptError) as raised:
+        project(design(cspcheck.loads(text)._script, "SYSTEM"), "program")
+    (diagnostic,) = raised.value.diagnostics
+    assert diagnostic.code == code
+
+
+def test_the_process_that_is_meant_is_found() -> None:
+    def found(name: str) -> list[str]:
+        return candidates(cspcheck.load(SPECS / name)._script)
+
+    assert found("rov/rov.csp") == ["ROV_Control_Module"]
+    assert found("producer_consumer/producer_consumer.csp") == ["SYSTEM"]
+    assert found("classics/buffer_chain.csp") == ["Chain", "Overtaking"]
+
+
+def test_the_command_line_of_a_program(tmp_path: Path) -> None:
+    def run(*arguments: str) -> tuple[int, str]:
+        command = [sys.executable, str(tmp_path / "p" / "main.py"), *arguments]
+        done = subprocess.run(command, capture_output=True, text=True, env={"PYTHONPATH": str(SPECS.parent)})
+        return done.returncode, done.stderr
+
+    generate(cspcheck.load(SPECS / "classics" / "philosophers.csp"), "Symmetric", tmp_path / "p")
+    code, said = run("--runner", "asyncio", "--events", "5", "--record", str(tmp_path / "run.jsonl"))
+    assert (code, said.split(" in ")[0]) == (0, "5 events")
+    assert len((tmp_path / "run.jsonl").read_text().splitlines()) == 5
+    code, said = run("--policy", "random", "--seed", "7", "--clock", "virtual")
+    assert code == 1
+    assert said.startswith("deadlock: every task waits for ever\n")
+    assert said.splitlines()[-1].count(" -> ") == 10

@@ -1,0 +1,119 @@
+"""Generating again: what a person wrote is never lost, and what does not fit is said."""
+
+from __future__ import annotations
+
+import tempfile
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import cspcheck
+from codegen.design.program import design
+from codegen.emit.keeping import LIST, Written, orphans, write
+from codegen.emit.project import Project, project
+
+ONE = """
+channel link : {0..3}
+channel make, use
+Maker = make -> link!1 -> Maker
+User = link?x -> use -> User
+SYSTEM = Maker [| {| link |} |] User
+"""
+TWO = """
+channel link : {0..3}
+channel make : {0..3}
+channel use, rest
+Maker = make?x -> link!x -> rest -> Maker
+User = link?x -> use -> User
+Other = rest -> Other
+SYSTEM = Maker [| {| link |} |] User
+"""
+THREE = """
+channel link : {0..3}
+channel use
+Sender = link!1 -> Sender
+User = link?x -> use -> User
+SYSTEM = Sender [| {| link |} |] User
+"""
+
+
+def texts(script: str) -> Project:
+    return project(design(cspcheck.loads(script)._script, "SYSTEM"), "program")
+
+
+PROJECTS = {text: texts(text) for text in (ONE, TWO, THREE)}
+
+
+def test_a_second_generation_of_the_same_writes_nothing(tmp_path: Path) -> None:
+    first = write(texts(ONE), tmp_path)
+    assert "maker_methods.py" in first.written
+    again = write(texts(ONE), tmp_path)
+    assert again == Written(unchanged=again.unchanged, kept=["maker_methods.py", "user_methods.py"])
+    assert sorted(again.unchanged) == sorted(texts(ONE).generated)
+
+
+def test_a_changed_interface_is_shown_and_not_touched(tmp_path: Path) -> None:
+    write(texts(ONE), tmp_path)
+    mine = (tmp_path / "maker_methods.py").read_text() + "\n# mine\n"
+    (tmp_path / "maker_methods.py").write_text(mine)
+    result = write(texts(TWO), tmp_path)
+    (warning,) = result.warnings
+    assert warning.code == "CSP809"
+    assert warning.message == "`maker_methods.py` does not fit the specification any more"
+    assert warning.notes == ("- def make(self) -> None\n+ def make(self) -> int\n+ def rest(self) -> None",)
+    assert (tmp_path / "maker_methods.py").read_text() == mine
+
+
+def test_a_task_that_is_gone_leaves_its_methods(tmp_path: Path) -> None:
+    write(texts(ONE), tmp_path)
+    result = write(texts(THREE), tmp_path)
+    assert result.removed == ["maker.py"]
+    assert (tmp_path / "maker_methods.py").exists()
+    assert list(orphans(texts(THREE), tmp_path)) == ["maker_methods.py"]
+
+
+def test_an_edited_generated_file_stops_everything(tmp_path: Path) -> None:
+    write(texts(ONE), tmp_path)
+    (tmp_path / "maker.py").write_text("# edited\n")
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    for script in (ONE, TWO, THREE):
+        with pytest.raises(cspcheck.ScriptError, match=r"CSP808: .maker\.py. was edited since"):
+            write(texts(script), tmp_path)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+    assert write(texts(TWO), tmp_path, force=True).saved == ["maker.py.edited"]
+    assert (tmp_path / "maker.py.edited").read_text() == "# edited\n"
+
+
+def test_a_folder_with_other_things_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "main.py").write_text("print('mine')\n")
+    (tmp_path / "user_methods.py").write_text("# mine\n")
+    with pytest.raises(cspcheck.ScriptError, match=r"CSP810: .* has `main.py`, `user_methods.py` in it"):
+        write(texts(ONE), tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["main.py", "user_methods.py"]
+
+
+@settings(max_examples=60)
+@given(st.data())
+def test_nothing_that_a_person_wrote_is_ever_lost(data: st.DataObject) -> None:
+    """Edit anything, change the script, generate again, with force or without: every line is still in some file."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        write(PROJECTS[ONE], folder)
+        marks: list[str] = []
+        for _ in range(data.draw(st.integers(1, 5))):
+            files = sorted(path for path in folder.iterdir() if path.name != LIST and not path.name.startswith("."))
+            path = data.draw(st.sampled_from(files))
+            mark = f"# mine {len(marks)}"
+            if data.draw(st.booleans()):
+                path.write_text(path.read_text() + mark + "\n")
+            else:
+                (folder / f"helper_{len(marks)}.py").write_text(mark + "\n")
+            marks.append(mark)
+            script = data.draw(st.sampled_from(sorted(PROJECTS)))
+            with suppress(cspcheck.ScriptError):
+                write(PROJECTS[script], folder, force=data.draw(st.booleans()))
+            everything = "\n".join(path.read_text() for path in folder.iterdir())
+            assert [mark for mark in marks if mark not in everything] == []
