@@ -95,10 +95,14 @@ def _architecture(script: Script, text: str) -> Picture:
     from checker.composition import Compiler
     from checker.growth import LimitReached
     from checker.verdict import Limits
-    from cspcheck.drawing.machines import architecture_picture
+    from cspcheck.drawing.machines import architecture_picture, without_priority
 
+    process = script.process(text)
     try:
-        network = Compiler().network(script.process(text), Limits(), lambda _: None)
+        network = Compiler().network(process, Limits(), lambda _: None)
+        if len(network.slots) == 1:
+            # What is one component to the engine need not be one to the reader.
+            network = Compiler(slot_states=2).network(without_priority(process), Limits(), lambda _: None)
     except LimitReached as limit:
         raise ScriptError(limit.diagnostic) from None
     return architecture_picture(text, network, script.events)

@@ -16,14 +16,13 @@ _NODE_STYLE = {
 
 def render(picture: Picture) -> str:
     """The picture as a DOT document."""
-    undirected = any(edge.kind == "channel" for edge in picture.edges)
-    lines = [f"{'graph' if undirected else 'digraph'} {_quoted(picture.title)} {{", "  node [fontname=monospace];"]
-    lines += [f"  n{i} [label={_quoted(node.label)}, {_style(node)}];" for i, node in enumerate(picture.nodes)]
-    arrow = "--" if undirected else "->"
+    lines = [f"digraph {_quoted(picture.title)} {{", "  node [fontname=monospace];"]
+    for i, node in enumerate(picture.nodes):
+        lines.append(f"  n{i} [label={_quoted(chr(10).join([node.label, *node.details]))}, {_style(node)}];")
     for edge in picture.edges:
-        style = ", style=dashed" if edge.kind == "tau" else ""
+        style = {"tau": ", style=dashed", "channel": ", dir=none"}.get(edge.kind, "")
         label = _quoted("\n".join(folded(edge.labels)))
-        lines.append(f"  n{edge.source} {arrow} n{edge.target} [label={label}{style}];")
+        lines.append(f"  n{edge.source} -> n{edge.target} [label={label}{style}];")
     return "\n".join([*lines, "}", ""])
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 SWEEPS = 12
@@ -34,13 +34,20 @@ class Size:
 class Route:
     """An edge as drawn: through its points, from the border of one node to the border of another.
 
-    ``label`` is the middle of its label; for a loop the middle of the label's left side.
+    ``label`` is the middle of its label; for a loop the middle of the label's left side. ``bow``: it goes in one bow
+    through its three points.
     """
 
     source: int
     target: int
     points: tuple[tuple[float, float], ...]
     label: tuple[float, float]
+    bow: bool = False
+
+    def moved(self, right: float, down: float) -> Route:
+        """The same route elsewhere."""
+        points = tuple((x + right, y + down) for x, y in self.points)
+        return replace(self, points=points, label=(self.label[0] + right, self.label[1] + down))
 
 
 @dataclass(frozen=True, slots=True)
@@ -262,9 +269,28 @@ def _route(
         return Route(source, target, points, (points[1][0] - 4, places[source][1]))
     chain = graph.chains[number]
     inner = [places[dummy] for dummy in chain]
-    start = _border(places[source], sizes[source], inner[0])
-    end = _border(places[target], sizes[target], inner[-1])
-    return Route(source, target, (start, *inner, end), places[graph.labelled[number]])
+    start = _way_out(source, inner[0], graph, places, sizes)
+    end = _way_out(target, inner[-1], graph, places, sizes)
+    return Route(source, target, (*start, *inner, *reversed(end)), places[graph.labelled[number]])
+
+
+def _way_out(
+    node: int,
+    towards: tuple[float, float],
+    graph: _Layered,
+    places: Sequence[tuple[float, float]],
+    sizes: Sequence[Size],
+) -> list[tuple[float, float]]:
+    """From the border of a node to where it is clear of taller neighbours in its layer."""
+    tallest = max(graph.heights[other] for other in graph.order[graph.layer[node]])
+    if tallest - sizes[node].height < 6:
+        return [border(places[node], sizes[node], towards)]
+    x, y = places[node]
+    reach = max(sizes[node].width / 2 - 6, 0.0)
+    down = 1 if towards[1] > y else -1
+    out = border(places[node], Size(sizes[node].width, tallest), towards)[0]
+    across = min(max(out, x - reach), x + reach)
+    return [(across, y + down * sizes[node].height / 2), (across, y + down * tallest / 2)]
 
 
 def _loop(centre: tuple[float, float], size: Size) -> tuple[tuple[float, float], ...]:
@@ -278,7 +304,7 @@ def _loop(centre: tuple[float, float], size: Size) -> tuple[tuple[float, float],
     )
 
 
-def _border(centre: tuple[float, float], size: Size, towards: tuple[float, float]) -> tuple[float, float]:
+def border(centre: tuple[float, float], size: Size, towards: tuple[float, float]) -> tuple[float, float]:
     """Where the line from the centre of a box towards a point leaves the box."""
     dx, dy = towards[0] - centre[0], towards[1] - centre[1]
     if dx == 0 and dy == 0:

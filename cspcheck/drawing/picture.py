@@ -7,21 +7,25 @@ from dataclasses import dataclass
 from typing import Literal
 
 NodeKind = Literal["state", "initial", "deadlock", "terminated", "component", "junction"]
-EdgeKind = Literal["event", "tau", "channel"]
+EdgeKind = Literal["event", "tau", "channel", "flow"]
 
 
 @dataclass(frozen=True, slots=True)
 class Node:
-    """A box or circle with a label; ``hint`` is shown where the format can show more (a tooltip)."""
+    """A box or circle with a label; ``hint`` is shown where the format can show more (a tooltip).
+
+    ``details`` are further lines inside a box, in smaller print.
+    """
 
     label: str
     kind: NodeKind = "state"
     hint: str = ""
+    details: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Edge:
-    """An arrow (a line for ``channel``) with the labels on it."""
+    """An arrow with the labels on it; a line for ``channel``, where it is not known who gives and who takes."""
 
     source: int
     target: int

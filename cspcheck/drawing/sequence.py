@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from html import escape
+from itertools import zip_longest
 
 from checker.verdict import Counterexample
-from cspcheck.drawing.svg import BASELINE, document, text_width
+from cspcheck.drawing.svg import BASELINE, LINE_HEIGHT, document, text_width
+from cspcheck.report.steps import step_text
 
 ROW = 30.0
 HEAD = 30.0
@@ -17,81 +21,116 @@ CHART_STYLE = """<style>
 .message.hidden { stroke-dasharray: 4 3; }
 .part { fill: #33658a; }
 .bad { fill: #b3261e; }
+.message.wrong { stroke: #b3261e; }
+.part.wrong, .label.wrong { fill: #b3261e; }
+.label.hidden { fill: #52606d; }
+.loop { fill: none; stroke: #b3261e; stroke-dasharray: 2 3; }
 </style>"""
+
+
+@dataclass(frozen=True, slots=True)
+class _Row:
+    """One event: its words, the columns of those who take part, and how it looks."""
+
+    label: str
+    columns: tuple[int, ...]
+    style: str = ""
 
 
 def render(title: str, counterexample: Counterexample) -> str:
     """The chart as an SVG document.
 
-    Participants of an event are dots on its row joined by a line; a hidden event is dashed and says what it was.
-    The last row says what is wrong at the end.
+    Participants of an event are dots on its row joined by a line; a hidden event is dashed and says what it was. A loop
+    of hidden events stands in a frame, an event that is not allowed is red. Below stands what is wrong at the end.
     """
     names = [component.name for component in counterexample.components] or ["process"]
-    labels = _labels(counterexample)
-    widths = [text_width(name) + 20 for name in names]
-    for label, (first, last) in zip(labels, _extents(counterexample, len(names)), strict=True):
-        # A label must fit between the outermost participants, or beside the only one.
-        missing = text_width(label) + 16 - sum(widths[first : last + 1])
+    run = list(_run(counterexample))
+    loop = list(_loop(counterexample, names))
+    rows = run + loop
+    boxes = [text_width(name) + 20 for name in names]
+    centres = _columns(boxes, rows)
+    height = HEAD + (len(rows) + 1.5) * ROW
+    life = height - ROW / 2
+    parts = [CHART_STYLE]
+    for name, box, x in zip(names, boxes, centres, strict=True):
+        corner = f'x="{x - box / 2:.1f}" y="0"'
+        parts.append(
+            f'<line class="life" x1="{x:.1f}" y1="{HEAD:.1f}" x2="{x:.1f}" y2="{life:.1f}"/>'
+            f'<rect class="node component" {corner} width="{box:.1f}" height="{HEAD - 4:.0f}" rx="4"/>'
+            f'<text class="text" x="{x:.1f}" y="{HEAD / 2 - 2 + BASELINE:.1f}">{escape(name)}</text>'
+        )
+    width = max(x + box / 2 for x, box in zip(centres, boxes, strict=True))
+    width = max([width, *(centres[row.columns[0]] + 12 + text_width(row.label) for row in rows)])
+    if loop:
+        top = HEAD + (len(run) + 0.25) * ROW
+        size = f'width="{width + 16:.1f}" height="{len(loop) * ROW + 6:.1f}"'
+        parts.append(f'<rect class="loop" x="-8" y="{top:.1f}" {size} rx="4"/>')
+    parts += [_drawn(i, row, centres) for i, row in enumerate(rows)]
+    end = list(_verdict(counterexample))
+    for i, line in enumerate(end):
+        parts.append(f'<text class="bad" x="0" y="{height + i * LINE_HEIGHT:.1f}">{escape(line)}</text>')
+    width = max([width, text_width(title) * 1.2, *map(text_width, end)])
+    return document(title, width, height + (len(end) - 1) * LINE_HEIGHT, parts)
+
+
+def _run(counterexample: Counterexample) -> Iterator[_Row]:
+    causes = counterexample.causes or (None,) * len(counterexample.trace)
+    for i, (event, cause) in enumerate(zip(counterexample.trace, causes, strict=True)):
+        columns = tuple(number for number, c in enumerate(counterexample.components) if c.trace[i] is not None)
+        yield _Row(step_text(event, cause), columns or (0,), "hidden" if event == "tau" else "")
+    if counterexample.kind == "trace" and counterexample.event is not None:
+        names = [component.name for component in counterexample.components]
+        columns = tuple(sorted(names.index(name) for name, _ in counterexample.event_parts if name in names))
+        yield _Row(counterexample.event, columns or (0,), "wrong")
+
+
+def _loop(counterexample: Counterexample, names: list[str]) -> Iterator[_Row]:
+    loop = counterexample.loop or ()
+    for cause, parts in zip_longest(loop, counterexample.loop_parts, fillvalue=()):
+        columns = tuple(sorted(names.index(name) for name, _ in parts if name in names))
+        yield _Row(step_text("tau", None if cause == "tau" else str(cause)), columns or (0,), "hidden")
+
+
+def _columns(boxes: list[float], rows: list[_Row]) -> list[float]:
+    """The middle of each line of life: a label must fit between its outermost participants, or beside the only one."""
+    widths = list(boxes)
+    for row in rows:
+        first, last = min(row.columns), max(row.columns)
+        missing = text_width(row.label) + 16 - sum(widths[first : last + 1])
         if missing > 0:
             widths[last] += missing
     centres = []
     left = 0.0
-    for name, width in zip(names, widths, strict=True):
-        centres.append(left + (text_width(name) + 20) / 2)
+    for box, width in zip(boxes, widths, strict=True):
+        centres.append(left + box / 2)
         left += width + COLUMN_GAP
-    height = HEAD + (len(labels) + 1.5) * ROW
-    parts = [CHART_STYLE]
-    for name, x in zip(names, centres, strict=True):
-        box = text_width(name) + 20
-        corner = f'x="{x - box / 2:.1f}" y="0"'
-        parts.append(
-            f'<line class="life" x1="{x:.1f}" y1="{HEAD:.1f}" x2="{x:.1f}" y2="{height - ROW / 2:.1f}"/>'
-            f'<rect class="node component" {corner} width="{box:.1f}" height="{HEAD - 4:.0f}" rx="4"/>'
-            f'<text class="text" x="{x:.1f}" y="{HEAD / 2 - 2 + BASELINE:.1f}">{escape(name)}</text>'
-        )
-    for i, label in enumerate(labels):
-        parts.append(_row(i, label, counterexample, centres))
-    end = _verdict(counterexample)
-    parts.append(f'<text class="bad" x="0" y="{height:.1f}">{escape(end)}</text>')
-    return document(title, max(left, text_width(end), text_width(title) * 1.2), height, parts)
+    return centres
 
 
-def _labels(counterexample: Counterexample) -> list[str]:
-    causes = counterexample.causes or (None,) * len(counterexample.trace)
-    return [f"{event} ({cause})" if cause else event for event, cause in zip(counterexample.trace, causes, strict=True)]
+def _drawn(number: int, row: _Row, centres: list[float]) -> str:
+    y = HEAD + (number + 1) * ROW
+    first, last = centres[row.columns[0]], centres[row.columns[-1]]
+    size = f'width="{text_width(row.label) + 2:.1f}" height="15"'
+    ground = f'<rect class="ground" x="{first + 6:.1f}" y="{y - 18:.1f}" {size}/>'
+    line = f'<line class="message {row.style}" x1="{first:.1f}" y1="{y:.1f}" x2="{last:.1f}" y2="{y:.1f}"/>'
+    dots = "".join(f'<circle class="part {row.style}" cx="{centres[p]:.1f}" cy="{y:.1f}" r="4"/>' for p in row.columns)
+    words = f'<text class="label {row.style}" x="{first + 7:.1f}" y="{y - 6:.1f}">{escape(row.label)}</text>'
+    return ground + line + dots + words
 
 
-def _participants(counterexample: Counterexample, row: int) -> list[int]:
-    taking_part = [i for i, c in enumerate(counterexample.components) if c.trace[row] is not None]
-    return taking_part or [0]
-
-
-def _extents(counterexample: Counterexample, columns: int) -> list[tuple[int, int]]:
-    found = []
-    for row in range(len(counterexample.trace)):
-        participants = _participants(counterexample, row) if columns else [0]
-        found.append((min(participants), max(participants)))
-    return found
-
-
-def _row(row: int, label: str, counterexample: Counterexample, centres: list[float]) -> str:
-    participants = _participants(counterexample, row)
-    y = HEAD + (row + 1) * ROW
-    hidden = " hidden" if counterexample.trace[row] == "tau" else ""
-    first, last = centres[participants[0]], centres[participants[-1]]
-    line = f'<line class="message{hidden}" x1="{first:.1f}" y1="{y:.1f}" x2="{last:.1f}" y2="{y:.1f}"/>'
-    dots = "".join(f'<circle class="part" cx="{centres[p]:.1f}" cy="{y:.1f}" r="4"/>' for p in participants)
-    return f'{line}{dots}<text class="label" x="{first + 7:.1f}" y="{y - 6:.1f}">{escape(label)}</text>'
-
-
-def _verdict(counterexample: Counterexample) -> str:
-    kind = counterexample.kind
-    if kind == "trace":
-        return f"then {counterexample.event}, which the specification does not allow"
-    if kind == "deadlock":
-        return "then nothing more can happen"
-    if kind == "divergence":
-        return "then internal events without end: " + ", ".join(counterexample.loop or ())
-    if kind == "nondeterminism":
-        return f"then {counterexample.event} is both possible and refusable"
-    return "then refused: " + ", ".join(counterexample.refusal or ())
+def _verdict(counterexample: Counterexample) -> Iterator[str]:
+    """What is wrong at the end, in lines."""
+    match counterexample.kind:
+        case "trace":
+            yield f"The specification does not allow {counterexample.event}."
+        case "deadlock":
+            yield "Nothing more can happen."
+            circle = counterexample.waiting_cycle or ()
+            for name, other in zip(circle, circle[1:] + circle[:1], strict=True):
+                yield f"{name} waits for {other}."
+        case "divergence":
+            yield "The framed events go on for ever."
+        case "nondeterminism":
+            yield f"{counterexample.event} is both possible and refusable."
+        case _:
+            yield "Refused: " + ", ".join(counterexample.refusal or ())

@@ -7,12 +7,15 @@ from html import escape
 
 from cspcheck.drawing.layout import Route, Size, layered
 from cspcheck.drawing.picture import Edge, Node, Picture, folded
+from cspcheck.drawing.pieces import in_pieces
 
 CHARACTER_WIDTH = 7.0
 LINE_HEIGHT = 15.0
 MARGIN = 24.0
 TITLE_HEIGHT = 30.0
 RADIUS = 15.0
+DETAIL_HEIGHT = 13.0
+DETAIL_SCALE = 10 / 12
 BASELINE = 4.0
 """How far below its middle a line of text stands."""
 
@@ -27,10 +30,11 @@ svg { font: 12px ui-monospace, 'DejaVu Sans Mono', Consolas, monospace; backgrou
 .component { fill: #f6f8fa; stroke: #33658a; }
 .edge { fill: none; stroke: #52606d; stroke-width: 1.2; }
 .tau { stroke-dasharray: 4 3; stroke: #9aa5b1; }
-.channel { stroke: #33658a; stroke-width: 1.6; }
+.channel, .flow { stroke: #33658a; stroke-width: 1.6; }
 .label { fill: #1f2933; }
 .label.tau { fill: #7b8794; stroke: none; }
-.label.channel { stroke: none; }
+.label.channel, .label.flow { stroke: none; }
+.detail { fill: #7b8794; text-anchor: middle; font-size: 10px; }
 .text { fill: #1f2933; text-anchor: middle; }
 .ground { fill: #ffffff; }
 .head { fill: #52606d; }
@@ -46,7 +50,8 @@ def render(picture: Picture) -> str:
     """The picture as one SVG document."""
     sizes = [_size(node) for node in picture.nodes]
     labels = [folded(edge.labels) for edge in picture.edges]
-    layout = layered(
+    arrange = in_pieces if any(node.kind == "component" for node in picture.nodes) else layered
+    layout = arrange(
         sizes, [(edge.source, edge.target) for edge in picture.edges], labels=[_label_size(lines) for lines in labels]
     )
     parts = [_edge(edge, route, lines) for edge, route, lines in zip(picture.edges, layout.routes, labels, strict=True)]
@@ -78,7 +83,8 @@ def document(title: str, width: float, height: float, parts: Sequence[str]) -> s
 
 def _size(node: Node) -> Size:
     if node.kind == "component":
-        return Size(text_width(node.label) + 28, 38.0)
+        widest = max([text_width(node.label), *(text_width(line) * DETAIL_SCALE for line in node.details)])
+        return Size(widest + 28, 38.0 + len(node.details) * DETAIL_HEIGHT)
     if node.kind == "junction":
         return Size(8.0, 8.0)
     return Size(max(2 * RADIUS, text_width(node.label) + 14), 2 * RADIUS)
@@ -88,11 +94,16 @@ def _node(node: Node, size: Size, centre: tuple[float, float]) -> str:
     x, y = centre
     hint = f"<title>{escape(node.hint)}</title>" if node.hint else ""
     radius = 4.0 if node.kind == "component" else size.height / 2
+    top = y + BASELINE - len(node.details) * DETAIL_HEIGHT / 2
+    details = "".join(
+        f'<text class="detail" x="{x:.1f}" y="{top + (i + 1) * DETAIL_HEIGHT + 1:.1f}">{escape(line)}</text>'
+        for i, line in enumerate(node.details)
+    )
     return (
         f"<g>{hint}"
         f'<rect class="node {node.kind}" x="{x - size.width / 2:.1f}" y="{y - size.height / 2:.1f}"'
         f' width="{size.width:.1f}" height="{size.height:.1f}" rx="{radius:.1f}"/>'
-        f'<text class="text" x="{x:.1f}" y="{y + BASELINE:.1f}">{escape(node.label)}</text></g>'
+        f'<text class="text" x="{x:.1f}" y="{top:.1f}">{escape(node.label)}</text>{details}</g>'
     )
 
 
@@ -103,22 +114,41 @@ def _edge(edge: Edge, route: Route, lines: Sequence[str]) -> str:
 
 
 def _path(route: Route) -> str:
-    """A smooth curve through the points (cubic Béziers with the tangents of a Catmull-Rom spline)."""
+    """A smooth curve through the points: cubic Béziers that meet without a corner."""
     points = route.points
     start = f"M{points[0][0]:.1f} {points[0][1]:.1f}"
     if route.source == route.target:
         (x1, y1), (x2, y2), (x3, y3) = points[1:]
         return f"{start} C{x1:.1f} {y1:.1f} {x2:.1f} {y2:.1f} {x3:.1f} {y3:.1f}"
+    if route.bow:
+        (x0, y0), (x1, y1), (x2, y2) = points
+        return f"{start} Q{2 * x1 - (x0 + x2) / 2:.1f} {2 * y1 - (y0 + y2) / 2:.1f} {x2:.1f} {y2:.1f}"
     if len(points) == 2:
         return f"{start} L{points[1][0]:.1f} {points[1][1]:.1f}"
     path = [start]
     for i in range(len(points) - 1):
-        before, here = points[max(i - 1, 0)], points[i]
-        there, after = points[i + 1], points[min(i + 2, len(points) - 1)]
-        x1, y1 = here[0] + (there[0] - before[0]) / 6, here[1] + (there[1] - before[1]) / 6
-        x2, y2 = there[0] - (after[0] - here[0]) / 6, there[1] - (after[1] - here[1]) / 6
-        path.append(f"C{x1:.1f} {y1:.1f} {x2:.1f} {y2:.1f} {there[0]:.1f} {there[1]:.1f}")
+        here, there = points[i], points[i + 1]
+        (dx, dy), (ex, ey) = _tangent(points, i), _tangent(points, i + 1)
+        path.append(
+            f"C{here[0] + dx:.1f} {here[1] + dy:.1f} {there[0] - ex:.1f} {there[1] - ey:.1f}"
+            f" {there[0]:.1f} {there[1]:.1f}"
+        )
     return " ".join(path)
+
+
+def _tangent(points: Sequence[tuple[float, float]], i: int) -> tuple[float, float]:
+    """How an edge passes a point: straight up or down between layers, level where it turns back, else straight on."""
+    x, y = points[i]
+    if i == 0 or i == len(points) - 1:
+        x2, y2 = points[1] if i == 0 else points[-2]
+        sign = 1 if i == 0 else -1
+        return sign * (x2 - x) / 3, sign * (y2 - y) / 3
+    (x1, y1), (x2, y2) = points[i - 1], points[i + 1]
+    if (y - y1) * (y2 - y) > 0:
+        return 0.0, min(abs(y - y1), abs(y2 - y)) / 2 * (1 if y2 > y else -1)
+    if y2 == y1 and (x - x1) * (x2 - x) <= 0:
+        return 0.0, 0.0
+    return min(abs(x - x1), abs(x2 - x), abs(x2 - x1) / 2) / 2 * (1 if x2 > x1 else -1), 0.0
 
 
 def _label_size(lines: Sequence[str]) -> Size:
