@@ -19,6 +19,7 @@ from checker.search import Progress
 from checker.transitions import UnsupportedOperator
 from checker.verdict import Limits, Outcome, Verdict
 from cspm.events import EventSet, EventTable
+from cspm.oz.syntax import DataRefinement, Obligations, Subtype
 from cspm.process import Prioritised, Process
 from cspm.syntax import (
     Assertion,
@@ -126,6 +127,11 @@ class Checker:
             if assertion.kind == "has trace":
                 claim = "possible" if model == "T" else "reliable"
             return self._within_readings(outcome, process, None, budget, trace=claim)
+        if isinstance(assertion, Obligations | DataRefinement | Subtype):
+            from checker.proof.answer import answer
+            from cspm.oz.core import Specification
+
+            return answer(assertion, self._script.specification or Specification(), self._limits.seconds)
         raise TypeError(f"not an assertion: {assertion!r}")
 
     def _within_readings(

@@ -67,6 +67,31 @@ class ReplayedRun:
 
 
 @dataclass(frozen=True, slots=True)
+class BrokenObligation:
+    """A proof obligation that does not hold. Its values, if it has any, are those of the counterexample.
+
+    Attributes:
+        name: of the obligation, or of the rule of a refinement.
+        subject: the class, or the refinement.
+        operation: that it is about, or None.
+        message: what is wrong, in a sentence without a full stop.
+        line: where, from 1, or None.
+        failing: text of the predicate that does not hold for the values, or None.
+        lines: number and text of lines that cannot hold together.
+        others: further obligations that do not hold, a line each.
+    """
+
+    name: str
+    subject: str
+    operation: str | None
+    message: str
+    line: int | None
+    failing: str | None
+    lines: tuple[tuple[int, str], ...]
+    others: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Counterexample:
     """A behaviour that refutes an assertion.
 
@@ -86,7 +111,8 @@ class Counterexample:
         specification: for refinements a run of the specification with these events; None where finding one takes too
             long.
         event_parts: for kind ``trace`` what the components that take part in ``event`` perform, by name.
-        values: named values (kind ``obligation``).
+        values: named values (kind ``obligation``): before, inputs, outputs, after.
+        obligation: what does not hold (kind ``obligation``).
         waiting_cycle: for a deadlock, names of components each of which waits for the next, the last for the first;
             None where there is no such cycle.
         alternative: for nondeterminism, another run with the visible events of ``trace`` and then ``event``, which
@@ -108,6 +134,7 @@ class Counterexample:
     offered: tuple[str, ...] | None = None
     loop_parts: tuple[tuple[tuple[str, str], ...], ...] = ()
     values: dict[str, str] | None = None
+    obligation: BrokenObligation | None = None
     waiting_cycle: tuple[str, ...] | None = None
     alternative: tuple[str, ...] | None = None
     run: ReplayedRun | None = field(default=None, compare=False, repr=False)
@@ -124,6 +151,7 @@ class Outcome:
         seconds: wall time that this assertion took.
         peak_memory_bytes: the engine's arrays at their largest, as far as this assertion needed them.
         counterexample: the behaviour that was found; for ``not`` the one that makes it pass.
+        remarks: what is worth knowing and does not decide the verdict, a sentence each.
         readings: the finite readings of wide types under which the answer holds, as the script writes them.
         control: whether the answer is about the control view: classes without their data.
     """
@@ -135,6 +163,7 @@ class Outcome:
     seconds: float
     peak_memory_bytes: int
     counterexample: Counterexample | None = None
+    remarks: tuple[str, ...] = ()
     readings: tuple[str, ...] = ()
     control: bool = False
 

@@ -31,6 +31,7 @@ def all_mistakes() -> list[Mistake]:
         import_module(module.name)
     import_module("checker.messages")
     import_module("codegen.messages")
+    import_module("checker.proof.messages")
     import_module("cspcheck.messages")
     return [MISTAKES[code] for code in sorted(MISTAKES)]
 

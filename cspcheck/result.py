@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal
 from checker.verdict import Counterexample, Outcome, Verdict
 from cspm import syntax
 from cspm.diagnostics import Diagnostic, Severity
+from cspm.oz.syntax import DataRefinement, Obligations, Subtype
 
 if TYPE_CHECKING:
     from cspm.script import Assertion
@@ -105,6 +106,11 @@ class Result:
         """Whether the verdict is the one that the script expects."""
         return self.verdict is self.expected
 
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is worth knowing and does not decide the verdict."""
+        return self.outcome.remarks
+
     def explain(self) -> str:
         """What the command line shows for this assertion: verdict, counterexample, components. No colour."""
         from cspcheck.report.full import explain
@@ -140,6 +146,12 @@ def _shape(node: syntax.Assertion) -> tuple[str, str | None, bool, str, str | No
             return "refinement", node.model, negated, _one_line(node.implementation), _one_line(node.specification)
         case syntax.Property():
             return node.kind, node.model or DEFAULT_MODELS[node.kind], negated, _one_line(node.process), None
+        case Obligations():
+            return node.obligation or "obligations", None, negated, node.subject.name, None
+        case DataRefinement():
+            return "data refinement", None, negated, node.concrete.name, node.abstract.name
+        case Subtype():
+            return "subclass", None, negated, node.child.name, node.parent.name
         case _:
             return "boolean", None, negated, "", None
 

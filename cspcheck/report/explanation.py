@@ -8,6 +8,7 @@ from typing import Literal
 
 from checker.verdict import ComponentBehaviour, Counterexample
 from cspcheck.quantities import count
+from cspcheck.report.obligation import obligation_lines, value_lines
 from cspcheck.report.sentences import are_few, as_sentence, circle_sentence, is_short, sentence, stopped_sentence
 from cspcheck.report.steps import folded, names, step_lines, step_text
 from cspcheck.report.style import Style, columns, harmless, pad, wrapped
@@ -59,6 +60,7 @@ class _Explanation:
         yield self._loop()
         yield self._refusal()
         yield self._values()
+        yield self._obligation()
         yield self._waiting()
         yield self._components()
 
@@ -129,10 +131,11 @@ class _Explanation:
 
     def _values(self) -> list[str]:
         values = self.counterexample.values
-        if not values:
-            return []
-        width = max(map(columns, values))
-        return [f"  {pad(harmless(name), width)} = {harmless(value)}" for name, value in values.items()]
+        return value_lines(values, self.style, self.everything) if values else []
+
+    def _obligation(self) -> list[str]:
+        broken = self.counterexample.obligation
+        return [] if broken is None else obligation_lines(broken, self.style, self.everything, self.hint)
 
     def _components(self) -> list[str]:
         """The table of components at the end; one stacked block each with *everything*."""

@@ -8,7 +8,7 @@ from checker.verdict import Verdict
 from cspcheck.quantities import count, show_seconds
 from cspcheck.report.diagnostics import render_diagnostic
 from cspcheck.report.explanation import Detail, explanation
-from cspcheck.report.style import PLAIN, Style, columns, harmless
+from cspcheck.report.style import PLAIN, Style, columns, harmless, wrapped
 from cspcheck.result import Result, Summary
 from cspm.diagnostics import Diagnostic
 
@@ -99,10 +99,12 @@ def _below(result: Result, style: Style, verbosity: int) -> list[str]:
     A result about classes says first under what it holds.
     """
     condition = [style.paint(line, "dim") for line in condition_lines(result)]
+    remarks = [line for remark in result.remarks for line in wrapped(f"note: {harmless(remark)}", style.width - 2)]
     if result.verdict is Verdict.PASS and result.as_expected and verbosity <= 0:
-        return condition
+        return [*condition, *remarks]
     detail: Detail = "whole" if verbosity > 0 else "sentence" if result.as_expected else "folded"
-    return [*condition, *explained(result, style, detail, "-v shows them")]
+    lines = explained(result, style, detail, "-v shows them")
+    return [*condition, *lines, *([""] if lines and remarks else []), *remarks]
 
 
 def condition_lines(result: Result) -> list[str]:

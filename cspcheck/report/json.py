@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
-from checker.verdict import Counterexample
+from checker.verdict import BrokenObligation, Counterexample
 from cspcheck.result import Result, Summary
 from cspm.diagnostics import Diagnostic
 
@@ -125,6 +125,7 @@ def counterexample_object(counterexample: Counterexample) -> dict[str, Any]:
             for component in counterexample.components
         ],
         "values": counterexample.values,
+        "obligation": None if counterexample.obligation is None else _obligation_object(counterexample.obligation),
         "causes": list(counterexample.causes or (None,) * len(counterexample.trace)),
         "offered": None if counterexample.offered is None else list(counterexample.offered),
         "waiting_cycle": None if counterexample.waiting_cycle is None else list(counterexample.waiting_cycle),
@@ -135,6 +136,19 @@ def counterexample_object(counterexample: Counterexample) -> dict[str, Any]:
             "causes": list(counterexample.specification.causes),
             "states": list(counterexample.specification.states),
         },
+    }
+
+
+def _obligation_object(broken: BrokenObligation) -> dict[str, Any]:
+    return {
+        "name": broken.name,
+        "subject": broken.subject,
+        "operation": broken.operation,
+        "message": broken.message,
+        "line": broken.line,
+        "failing": broken.failing,
+        "lines": [{"line": number, "text": text} for number, text in broken.lines],
+        "others": list(broken.others),
     }
 
 

@@ -61,7 +61,15 @@ def _misbehaviour(result: Result, counterexample: Counterexample) -> str:
         case "refusal":
             return _refusal(counterexample, process, specification, after)
         case "obligation":
-            return f"{process} does not meet its obligation" if result.process else "the obligation does not hold"
+            return _broken(counterexample)
+
+
+def _broken(counterexample: Counterexample) -> str:
+    broken = counterexample.obligation
+    if broken is None:
+        return "the obligation does not hold"
+    place = f" of `{broken.operation}`" if broken.operation is not None else ""
+    return f"`{broken.name}`{place} does not hold: {broken.message}"
 
 
 def _denied(result: Result) -> str:
@@ -75,6 +83,10 @@ def _denied(result: Result) -> str:
             holds = f"{process} has the trace"
         case "boolean":
             holds = "the condition is true"
+        case "data refinement" | "subclass":
+            holds = f"{process} refines {_called(result.specification, 'the other class')}"
+        case _ if result.model is None:
+            holds = f"`{result.kind}` holds of {process}"
         case _:
             holds = f"{process} is {result.kind}"
     return f"{holds}, and `not` denies it"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from checker.verdict import ComponentBehaviour, Counterexample, Outcome, SpecificationRun, Verdict
+from checker.verdict import BrokenObligation, ComponentBehaviour, Counterexample, Outcome, SpecificationRun, Verdict
 from cspcheck.result import Result, Summary
 from cspm.diagnostics import Diagnostic, Label, Severity
 from cspm.source import Source, Span
@@ -117,7 +117,21 @@ NONDETERMINISM = Counterexample(
 )
 CANNOT = Counterexample(kind="refusal", trace=("a",), event="b", refusal=("b",), allowed=(("a", "c.0"),))
 NEED_NOT = Counterexample(kind="refusal", trace=("a",), event="b", refusal=("b",), allowed=(("a", "b"),))
-OBLIGATION = Counterexample(kind="obligation", trace=(), values={"x": "1", "amount?": "{1, 2}"})
+OBLIGATION = Counterexample(
+    kind="obligation",
+    trace=(),
+    values={"n": "9", "limit": "10", "amount?": "2", "old!": "9", "n'": "11"},
+    obligation=BrokenObligation(
+        name="invariant preserved",
+        subject="Counter",
+        operation="add",
+        message="the operation breaks the invariant `n <= limit`",
+        line=12,
+        failing="n' <= limit",
+        lines=((12, "n <= limit"), (20, "n' = n + amount?")),
+        others=("`feasible` of `take`: the operation can never be performed",),
+    ),
+)
 LONG = Counterexample(kind="divergence", trace=tuple(f"c.{i}" for i in range(100)), loop=("tau",) * 50)
 
 RESULTS: dict[str, Result] = {
@@ -139,7 +153,7 @@ RESULTS: dict[str, Result] = {
         "fail", NEED_NOT, assertion="SYSTEM :[has trace [F]]: <a, b>", kind="has trace", model="F", line=37
     ),
     "obligation": result(
-        "fail", OBLIGATION, assertion="Stack :[obligations]", kind="obligations", model=None, process="Stack"
+        "fail", OBLIGATION, assertion="Counter :[obligations]", kind="obligations", model=None, process="Counter"
     ),
     "unknown": result("unknown", reason="the limit of 1,000 states was reached; no fault among those explored"),
     "error": result("error", reason="`0` is not a value of the first field of `c`"),

@@ -59,7 +59,7 @@ class TestJson:
             if result["counterexample"] is None:
                 continue
             assert list(result["counterexample"]) == [
-                "kind", "trace", "event", "refusal", "allowed", "loop", "components", "values",
+                "kind", "trace", "event", "refusal", "allowed", "loop", "components", "values", "obligation",
                 "causes", "offered", "waiting_cycle", "specification",
             ]  # fmt: skip
             for component in result["counterexample"]["components"]:

@@ -1,0 +1,189 @@
+"""Answering the assertions about the data of classes: obligations, data refinement, subclasses."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+
+from checker.proof import messages
+from checker.proof.finding import Finding, worst_first
+from checker.proof.obligations import BY_NAME, OBLIGATIONS, discharge
+from checker.proof.prover import Prover
+from checker.proof.question import Settings
+from checker.proof.simulation import Relation, projection, refinement, retrieve
+from checker.verdict import BrokenObligation, Counterexample, Outcome, Verdict
+from cspm.diagnostics import ScriptError
+from cspm.messages.classes import unknown_class
+from cspm.oz import core, syntax
+from cspm.source import Span
+from cspm.spelling import suggestions
+
+_MOST_OTHERS = 8
+
+
+def answer(
+    node: syntax.Obligations | syntax.DataRefinement | syntax.Subtype,
+    specification: core.Specification,
+    seconds: float | None = None,
+    clock: Callable[[], float] = time.monotonic,
+) -> Outcome:
+    """The answer to an assertion.
+
+    Args:
+        node: the assertion.
+        specification: that it speaks of.
+        seconds: for the whole assertion; by default ten for each obligation.
+        clock: tells the seconds.
+
+    Raises:
+        ScriptError: it speaks of what there is not.
+    """
+    start = clock()
+    settings = Settings(deadline=None if seconds is None else start + seconds)
+    match node:
+        case syntax.Obligations():
+            found = obligations(node, specification, settings)
+            # An obligation that is asked for by name counts as it is; among all only errors do.
+            named = node.obligation not in (None, "obligations")
+        case syntax.DataRefinement():
+            relation = _retrieve(node, specification)
+            found, named = list(refinement(specification, relation, upward=node.upward, settings=settings)), False
+        case syntax.Subtype():
+            relation = _projection(node, specification)
+            found, named = list(refinement(specification, relation, settings=settings)), False
+    return outcome(found, named=named, seconds=clock() - start)
+
+
+def obligations(node: syntax.Obligations, specification: core.Specification, settings: Settings) -> list[Finding]:
+    """The findings for an assertion about obligations."""
+    model = class_of(specification, node.subject.name, node.subject.span)
+    names = obligation_names(node.obligation, node.span)
+    operation = None
+    if node.operation is not None:
+        operation = operation_of(model, node.operation.name, node.operation.span).name
+    return list(discharge(Prover(specification, model, settings), names, operation))
+
+
+def class_of(specification: core.Specification, name: str, span: Span | None) -> core.ClassModel:
+    """A class by its name.
+
+    Raises:
+        ScriptError: there is none.
+    """
+    model = specification.classes.get(name)
+    if model is None:
+        raise ScriptError(unknown_class(name, span, suggestions(name, specification.classes)))  # type: ignore[arg-type]
+    return model
+
+
+def operation_of(model: core.ClassModel, name: str, span: Span | None) -> core.Operation:
+    """An operation of a class by the name of its channel, or of one of its schemas.
+
+    Raises:
+        ScriptError: there is none.
+    """
+    plain = name
+    for prefix in ("com_", "effect_", "enable_"):
+        plain = plain.removeprefix(prefix)
+    found = model.operations.get(name) or model.operations.get(plain)
+    if found is None:
+        raise ScriptError(messages.no_such_operation(model.name, name, span, suggestions(name, model.operations)))
+    return found
+
+
+def obligation_names(name: str | None, span: Span | None) -> list[str] | None:
+    """The kinds of obligations that a name stands for; None for all.
+
+    Raises:
+        ScriptError: for none.
+    """
+    if name is None or name == "obligations":
+        return None
+    if name not in BY_NAME:
+        known = [o.name for o in OBLIGATIONS]
+        raise ScriptError(messages.unknown_obligation(name, span, suggestions(name, known), known))
+    return [name]
+
+
+def _retrieve(node: syntax.DataRefinement, specification: core.Specification) -> Relation:
+    for name in (node.abstract, node.concrete):
+        class_of(specification, name.name, name.span)
+    relation = specification.retrieves.get(node.retrieve.name)
+    if relation is None:
+        similar = suggestions(node.retrieve.name, specification.retrieves)
+        raise ScriptError(messages.unknown_retrieve_relation(node.retrieve.name, node.retrieve.span, similar))
+    wanted, found = (node.abstract.name, node.concrete.name), (relation.abstract, relation.concrete)
+    if wanted != found:
+        raise ScriptError(messages.other_classes(relation.name, wanted, found, node.retrieve.span, relation.span))
+    return retrieve(relation)
+
+
+def _projection(node: syntax.Subtype, specification: core.Specification) -> Relation:
+    for name in (node.parent, node.child):
+        class_of(specification, name.name, name.span)
+    try:
+        return projection(specification, node.parent.name, node.child.name)
+    except LookupError as missing:
+        raise ScriptError(
+            messages.no_projection(node.parent.name, node.child.name, str(missing.args[0]), node.child.span)
+        ) from None
+
+
+# --- outcomes ---------------------------------------------------------------------------------------------------------
+
+
+def outcome(findings: Sequence[Finding], *, named: bool, seconds: float) -> Outcome:
+    """What findings add up to: a failure, if one that counts is refuted; a pass, if all that count are proved."""
+    counting = [f for f in findings if named or f.severity == "error"]
+    refuted = [f for f in counting if f.status == "refuted"]
+    remarks = tuple(
+        said(f) for f in findings if (f not in counting and f.status == "refuted" and f.severity != "info") or f.vacuous
+    )
+    if refuted:
+        verdict, reason, counterexample = Verdict.FAIL, None, broken(refuted)
+    else:
+        open_ = sorted((f for f in counting if f.status != "proved"), key=worst_first)
+        counterexample = None
+        verdict = Verdict.UNKNOWN if open_ else Verdict.PASS
+        reason = _open(open_) if open_ else None
+    return Outcome(verdict, reason, 0, 0, seconds, 0, counterexample, remarks)
+
+
+def _open(findings: Sequence[Finding]) -> str:
+    more = f"; and {len(findings) - 1} more" if len(findings) > 1 else ""
+    return said(findings[0]) + more
+
+
+def said(finding: Finding) -> str:
+    """A finding in a line."""
+    place = f" of `{finding.operation}`" if finding.operation is not None else ""
+    return f"`{finding.obligation}`{place}: {finding.message}"
+
+
+def broken(refuted: Sequence[Finding]) -> Counterexample:
+    """The first of the refuted obligations as a counterexample, with the others named."""
+    first = refuted[0]
+    others = [said(finding) for finding in refuted[1:]]
+    if len(others) > _MOST_OTHERS:
+        others[_MOST_OTHERS - 1 :] = [f"{len(others) - _MOST_OTHERS + 1} more"]
+    return Counterexample(
+        kind="obligation",
+        trace=(),
+        values=dict(first.values) or None,
+        obligation=BrokenObligation(
+            name=first.obligation,
+            subject=first.subject,
+            operation=first.operation,
+            message=first.message,
+            line=None if first.span is None else first.span.line,
+            failing=first.failing,
+            lines=tuple((span.line, " ".join(span.text.split())) for span in first.lines),
+            others=tuple(others),
+        ),
+    )
+
+
+def without_times(findings: Iterable[Finding]) -> list[Finding]:
+    """The findings without what differs from run to run."""
+    return [replace(finding, seconds=0.0) for finding in findings]

@@ -1,0 +1,60 @@
+"""Definite descriptions (``mu``) taken out of predicates."""
+
+from __future__ import annotations
+
+from checker.proof.definedness import extreme
+from checker.proof.terms import quantified
+from cspm.oz import core
+from cspm.oz.core import BOOL, Apply, Comprehension, Term
+from cspm.oz.substitution import rebuilt
+
+_LOGICAL = ("not", "and", "or", "implies", "iff")
+
+
+def without_descriptions(term: Term) -> Term:
+    """``P(mu x | p @ e)`` as ``exists x | p @ P(e)``, which says the same where there is exactly one such x."""
+    if isinstance(term, core.Quantifier) or (isinstance(term, Apply) and term.operator in _LOGICAL):
+        return rebuilt(term, without_descriptions)
+    if isinstance(term, core.If) and term.type == BOOL:
+        return rebuilt(term, without_descriptions)
+    if term.type != BOOL:
+        return rebuilt(term, lambda part: without_descriptions(part) if part.type == BOOL else part)
+    found = _innermost(term)
+    if found is None:
+        return rebuilt(term, without_descriptions)
+    inner = without_descriptions(_replaced(term, found, found.body))
+    return quantified("exists", found.binders, without_descriptions(found.condition), inner)
+
+
+def _innermost(term: Term) -> Comprehension | None:
+    """A description in a term, outside all binders, that contains no other."""
+    if isinstance(term, core.Quantifier):
+        return None
+    if isinstance(term, Comprehension):
+        return term if term.kind == "mu" else None
+    for part in core.parts(term):
+        found = _innermost(part)
+        if found is not None:
+            return found
+    return None
+
+
+def _replaced(term: Term, old: Term, new: Term) -> Term:
+    return new if term is old else rebuilt(term, lambda part: _replaced(part, old, new))
+
+
+def with_extremes_described(term: Term) -> Term:
+    """``min s`` and ``max s`` as descriptions, where the set is not written out."""
+    term = rebuilt(term, with_extremes_described)
+    if isinstance(term, Apply) and term.operator in ("min", "max"):
+        collection = term.operands[0]
+        if not (isinstance(collection, Apply) and collection.operator in ("set", "range")):
+            binder, condition = extreme(term, collection)
+            best = core.Variable(type=term.type, name=binder.name, role="bound")
+            return Comprehension(type=term.type, kind="mu", binders=(binder,), condition=condition, body=best)
+    return term
+
+
+def plain(term: Term) -> Term:
+    """A predicate that the encoder has formulas for."""
+    return without_descriptions(with_extremes_described(term))

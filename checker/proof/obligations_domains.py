@@ -1,0 +1,85 @@
+"""The obligation that every term is defined where it is evaluated."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from checker.proof.finding import Finding
+from checker.proof.prover import Prover, Report
+from checker.proof.question import Answer, Found, Part
+from checker.proof.terms import member
+from cspm.oz.core import Operation, Variable
+from cspm.oz.core_text import text
+
+
+def applied_in_domain(prover: Prover, report: Report) -> Iterator[Finding]:
+    """At each application, under what is known there: its condition."""
+    situation = prover.situation
+    constants = situation.all_constants()
+    axioms = [part for part in constants if part.what == "axiom"]
+    carriers = [part for part in constants if part.what != "axiom"]
+    yield from _places(prover, report, None, carriers, axioms, ())
+    invariant = situation.invariant()
+    yield from _places(prover, report, None, list(situation.carriers()), list(invariant), situation.shown())
+    yield from _places(prover, report, None, list(situation.state()), list(situation.initial()), situation.shown())
+    for operation in prover.model.operations.values():
+        yield from _operation(prover, report, operation)
+
+
+def _operation(prover: Prover, report: Report, operation: Operation) -> Iterator[Finding]:
+    situation = prover.situation
+    known = [*situation.state(), *situation.inputs(operation)]
+    guard = list(situation.guard(operation))
+    shown = situation.shown(operation)
+    yield from _places(prover, report, operation, known, guard, situation.shown(operation, after=False))
+    after = [
+        *guard,
+        *situation.frame(operation),
+        *situation.outputs(operation),
+        *situation.carriers("after"),
+        *[p for p in situation.invariant("after") if prover.solver.definedness.total(p.term)],
+    ]
+    yield from _places(prover, report, operation, [*known, *after], list(situation.effect(operation)), shown)
+
+
+def _places(
+    prover: Prover,
+    report: Report,
+    operation: Operation | None,
+    known: Sequence[Part],
+    parts: Sequence[Part],
+    shown: Sequence[Variable],
+) -> Iterator[Finding]:
+    """The applications in some conjuncts; each conjunct may rely on those before it."""
+    definedness = prover.solver.definedness
+    for part, (term, others) in zip(parts, definedness.known([p.term for p in parts]), strict=True):
+        for application in definedness.applications(term):
+            premises = [*known, *[Part(other, "context") for other in others]]
+            premises += [Part(condition, "context") for condition in application.path]
+            inside: list[Variable] = []
+            for binder in application.binders:
+                variable = Variable(type=binder.type, name=binder.name, role="bound")
+                inside.append(variable)
+                premises.append(Part(member(variable, binder.carrier), "context"))
+            answer = prover.refutes(premises, application.condition, (*shown, *inside))
+            finding = report.universal(
+                answer,
+                operation,
+                message=f"`{text(application.term)}` is undefined: it needs that {application.demand}",
+                goal=application.condition,
+                detail=f"`{text(application.term)}`",
+                span=application.term.span or part.span,
+            )
+            yield _with_bound(finding, answer, inside)
+
+
+def _with_bound(finding: Finding, answer: Answer, inside: Sequence[Variable]) -> Finding:
+    """The finding with the values of the bound variables around the application."""
+    if not isinstance(answer, Found) or not inside:
+        return finding
+    values = dict(finding.values)
+    for variable in inside:
+        if variable in answer.values:
+            values[variable.name.split("%")[0]] = text(answer.values[variable])
+    return replace(finding, values=values)

@@ -1,0 +1,246 @@
+"""Obligations about operations: that they can be performed, and keep what the class promises."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from checker.proof.finding import Finding
+from checker.proof.obligations_states import invariant_goals
+from checker.proof.one_point import is_universe
+from checker.proof.prover import Prover, Report
+from checker.proof.question import Impossible, Part
+from checker.proof.situation import parameter_variable, speaks_of, state_variable
+from checker.proof.terms import (
+    TRUE,
+    Unknown,
+    all_of,
+    bound_by,
+    is_true,
+    member,
+    primed,
+    quantified,
+    substitute,
+)
+from cspm.oz import core
+from cspm.oz.core import Apply, Declared, Operation, Term, Variable
+from cspm.oz.core_text import text, written
+from cspm.source import Span
+
+_TOTAL = ("fun", "inj", "surj", "bij")
+
+
+def feasible(prover: Prover, report: Report, operation: Operation) -> Iterator[Finding]:
+    """``exists S, in, S', out @ Inv and Op and F and Inv'``."""
+    answer = prover.performed(operation)
+    lines = prover.lines(prover.situation.step(operation)) if isinstance(answer, Impossible) else ()
+    yield report.existential(
+        answer, operation, message="the operation can never be performed", lines=lines, span=_span(operation)
+    )
+
+
+def invariant_preserved(prover: Prover, report: Report, operation: Operation) -> Iterator[Finding]:
+    """``Inv and Op and F => Inv'``, carriers assumed, without ``Inv'`` among the premises."""
+    situation = prover.situation
+    after_secondary = [(name, "after") for name in situation.secondary_keys]
+    effect = situation.effect(operation)
+    premises = [
+        *situation.state(),
+        *situation.inputs(operation),
+        *situation.guard(operation),
+        *[part for part in effect if not speaks_of(part, after_secondary)],
+        *situation.frame(operation),
+        *situation.outputs(operation),
+        *situation.carriers("after", situation.model.primary),
+    ]
+    shown = tuple(v for v in situation.shown(operation) if (v.name, v.role) not in after_secondary)
+    changed = {
+        (d.name, "after") for d in situation.variables if (d.name, "after") not in situation.unchanged(operation)
+    }
+    for goal in _after_goals(prover, [part for part in effect if speaks_of(part, after_secondary)]):
+        # What speaks of unchanged variables alone holds as it did before.
+        if not speaks_of(goal, changed) and not is_quantified(goal.term):
+            continue
+        answer = prover.refutes(premises, goal.term, shown)
+        yield report.universal(
+            answer,
+            operation,
+            message=f"the operation breaks the invariant {goal.what}",
+            goal=goal.term,
+            detail=goal.what,
+            span=goal.span,
+        )
+
+
+def is_quantified(term: Term) -> bool:
+    """Whether a goal quantifies over secondary variables."""
+    return isinstance(term, core.Quantifier) and term.kind == "exists"
+
+
+def _after_goals(prover: Prover, constraints: list[Part]) -> Iterator[Part]:
+    """The goals of the invariant, said of the state afterwards; *constraints* speak of it already."""
+    before = [Part(_unprimed(part.term, prover), part.what, part.span) for part in constraints]
+    for goal in invariant_goals(prover, before):
+        (term,) = _primed_goal(goal.term, prover)
+        yield Part(term, goal.what, goal.span)
+
+
+_MARK = "%was"
+
+
+def _unprimed(term: Term, prover: Prover) -> Term:
+    """A predicate over both states as one over the state before, with marks on what was before."""
+    table: dict[tuple[str, str], Term] = {}
+    for d in prover.situation.variables:
+        table[d.name, "before"] = Variable(type=d.type, name=d.name + _MARK, role="before")
+        table[d.name, "after"] = Variable(type=d.type, name=d.name, role="before")
+    return substitute(term, table)
+
+
+def _primed_goal(term: Term, prover: Prover) -> tuple[Term]:
+    table: dict[tuple[str, str], Term] = {}
+    for d in prover.situation.variables:
+        table[d.name, "before"] = Variable(type=d.type, name=d.name, role="after")
+        table[d.name + _MARK, "before"] = Variable(type=d.type, name=d.name, role="before")
+    return (substitute(term, table),)
+
+
+# --- carriers --------------------------------------------------------------------------------------------------------
+
+
+def carrier_kept(prover: Prover, report: Report, operation: Operation) -> Iterator[Finding]:
+    """What the operation says of a variable or output leaves it a value in its carrier."""
+    for variable, carrier, declared in _targets(prover, operation):
+        if not is_universe(carrier) and not _is_total(carrier):
+            yield _kept(prover, report, operation, variable, carrier, declared, "leaves the carrier")
+
+
+def total_function(prover: Prover, report: Report, operation: Operation) -> Iterator[Finding]:
+    """A function that is declared total stays total."""
+    for variable, carrier, declared in _targets(prover, operation):
+        if _is_total(carrier):
+            yield _kept(prover, report, operation, variable, carrier, declared, "is no longer what is declared,")
+
+
+def _is_total(carrier: Term) -> bool:
+    return isinstance(carrier, Apply) and carrier.operator in _TOTAL
+
+
+def _targets(prover: Prover, operation: Operation) -> Iterator[tuple[Variable, Term, Declared]]:
+    """What the operation gives values to, as far as its predicates speak of it, with the carriers."""
+    situation = prover.situation
+    targets: list[tuple[Variable, Term, Declared]] = [
+        (state_variable(d, "after"), primed([d.carrier])[0], d)
+        for d in situation.model.primary
+        if d.name in operation.delta
+    ]
+    targets += [(parameter_variable(p), p.carrier, p) for p in operation.parameters if p.kind == "output"]
+    effect = situation.effect(operation)
+    for variable, carrier, declared in targets:
+        if any(speaks_of(part, [(variable.name, variable.role)]) for part in effect):
+            yield variable, carrier, declared
+
+
+def _kept(
+    prover: Prover,
+    report: Report,
+    operation: Operation,
+    variable: Variable,
+    carrier: Term,
+    declared: Declared,
+    what: str,
+) -> Finding:
+    situation = prover.situation
+    effect = situation.effect(operation)
+    own = (variable.name, variable.role)
+    binders, table = bound_by([Unknown(variable, carrier)])
+    speaking = [part for part in effect if speaks_of(part, [own])]
+    goal = quantified("exists", binders, TRUE, all_of(substitute(part.term, table) for part in speaking))
+    premises = [*situation.state(), *situation.inputs(operation), *situation.guard(operation), *effect]
+    premises += situation.frame(operation)
+    answer = prover.refutes(premises, goal, situation.shown(operation))
+    name = written(variable)
+    return report.universal(
+        answer,
+        operation,
+        message=f"`{name}` {what} `{text(carrier)}`: there the operation is blocked",
+        goal=member(variable, carrier),
+        detail=f"`{name}`",
+        span=declared.span,
+    )
+
+
+# --- guards ----------------------------------------------------------------------------------------------------------
+
+
+def guard_covers_effect(prover: Prover, report: Report, operation: Operation) -> Iterator[Finding]:
+    """``Inv and enable => pre effect``."""
+    if operation.form not in ("guarded", "effect"):
+        return
+    situation = prover.situation
+    premises = [*situation.state(), *situation.inputs(operation), *situation.guard(operation)]
+    unknowns, parts = situation.existential(operation)
+    # An effect without after-values, outputs and predicates is always possible.
+    if not unknowns and all(is_true(part.term) for part in parts):
+        yield report.finding("proved", operation)
+        return
+    goal = situation.possible(operation)
+    answer = prover.refutes(premises, goal, situation.shown(operation, after=False))
+    guard = "there is no guard, and" if operation.form == "effect" else "the guard holds, but"
+    yield report.universal(
+        answer,
+        operation,
+        message=f"{guard} no outcome satisfies the effect: the class diverges",
+        span=_span(operation),
+    )
+
+
+def guard_satisfiable(prover: Prover, report: Report, operation: Operation) -> Iterator[Finding]:
+    """``Inv and enable`` can hold."""
+    if not operation.guard:
+        return
+    situation = prover.situation
+    parts = [*situation.state(), *situation.inputs(operation), *situation.guard(operation)]
+    answer = prover.find(parts, situation.shown(operation, after=False))
+    lines = prover.lines(parts) if isinstance(answer, Impossible) else ()
+    yield report.existential(
+        answer, operation, message="the guard holds in no state", lines=lines, span=_first(operation.guard)
+    )
+
+
+def guard_not_redundant(prover: Prover, report: Report, operation: Operation) -> Iterator[Finding]:
+    """``Inv => enable`` does not hold."""
+    if not operation.guard or all(map(is_true, operation.guard)):
+        return
+    situation = prover.situation
+    parts = [*situation.state(), *situation.inputs(operation), prover.fails(all_of(operation.guard))]
+    answer = prover.find(parts, situation.shown(operation, after=False))
+    yield report.existential(
+        answer,
+        operation,
+        message="the guard holds in every state and for every input",
+        span=_first(operation.guard),
+    )
+
+
+def guard_is_precondition(prover: Prover, report: Report, operation: Operation) -> Iterator[Finding]:
+    """``pre effect => enable``."""
+    if operation.form != "guarded" or not operation.guard:
+        return
+    situation = prover.situation
+    step = [part for part in situation.step(operation) if part.what != "guard"]
+    answer = prover.refutes(step, all_of(operation.guard), situation.shown(operation))
+    yield report.universal(
+        answer,
+        operation,
+        message="the guard refuses what the effect could do",
+        goal=all_of(operation.guard),
+        span=_first(operation.guard),
+    )
+
+
+def _span(operation: Operation) -> Span | None:
+    return operation.spans[0] if operation.spans else None
+
+
+def _first(terms: Iterable[Term]) -> Span | None:
+    return next((term.span for term in terms if term.span is not None), None)

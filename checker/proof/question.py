@@ -1,0 +1,97 @@
+"""What is asked of the solver, and what can come back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from cspm.oz.core import Term, Variable
+from cspm.source import Span
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A predicate that the values asked for must satisfy.
+
+    Attributes:
+        term: the predicate.
+        what: what it is in the specification: ``invariant``, ``guard``, ``effect``, ``frame``, ``carrier``, ...
+        span: the line that it comes from; None for what no line says.
+        total: it is known to be defined everywhere.
+    """
+
+    term: Term
+    what: str
+    span: Span | None = None
+    total: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """Are there values of the variables of *parts* that satisfy all of them?
+
+    ``shown`` are the variables whose values are told, in this order; others that occur are told behind them.
+    """
+
+    parts: tuple[Part, ...]
+    shown: tuple[Variable, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """Values that satisfy all parts.
+
+    Attributes:
+        values: ground terms by variable.
+        vouched: parts that the evaluator could not go through (a quantifier over an infinite set) and that the
+            solver alone found to hold of the values.
+    """
+
+    values: Mapping[Variable, Term]
+    vouched: tuple[Part, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Impossible:
+    """There are no such values: proved."""
+
+
+@dataclass(frozen=True, slots=True)
+class NotUpTo:
+    """None were found where given sets and collections have at most *scope* elements; nothing is proved.
+
+    *reason*: why the whole question was not answered.
+    """
+
+    scope: int
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Unanswered:
+    """The solver gave up."""
+
+    reason: str
+
+
+Answer: TypeAlias = Found | Impossible | NotUpTo | Unanswered
+
+
+@dataclass(slots=True)
+class Settings:
+    """How long and how the solver tries.
+
+    Attributes:
+        seconds: for one question, the bounded searches included.
+        scopes: the sizes that are tried when the whole question is not answered.
+        seed: of the solver.
+        deadline: when to stop altogether, on the solver's clock; None: never.
+        smtlib: takes the name and the text of every query; None where nobody wants them.
+    """
+
+    seconds: float = 10.0
+    scopes: tuple[int, ...] = (1, 2, 3)
+    seed: int = 1
+    deadline: float | None = None
+    smtlib: list[tuple[str, str]] | None = field(default=None)

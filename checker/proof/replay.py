@@ -1,0 +1,127 @@
+"""Values that the solver found, put into the specification by the independent evaluator.
+
+The evaluator shares nothing with the encoding but the terms. What it cannot go through, because a quantifier ranges
+over an infinite set, is said to be undecided; what it finds to be wrong is a mistake of the encoding or an
+approximation, and is never shown.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from enum import Enum
+from fractions import Fraction
+from typing import Any
+
+from checker.proof.terms import Key, renamed, universe
+from cspm.failure import Failure
+from cspm.oz import core
+from cspm.oz.core import Apply, Constant, Construct, Record, Term, Variable
+
+
+class Replayed(Enum):
+    """What the evaluator says of a predicate."""
+
+    HOLDS = "holds"
+    FAILS = "fails"
+    UNDECIDED = "undecided"
+
+
+class Replay:
+    """Evaluates predicates at given values.
+
+    Args:
+        specification, model: where the predicates come from.
+        sizes: the number of elements of each given set.
+        values: ground terms by variable.
+    """
+
+    def __init__(
+        self,
+        specification: core.Specification,
+        model: core.ClassModel | None,
+        sizes: Mapping[str, int],
+        values: Mapping[Variable, Term],
+    ) -> None:
+        from cspm.oz.evaluation import Evaluator
+
+        # The script's own finite readings would make the predicates say something else.
+        readings = tuple(_reading(name, size) for name, size in sizes.items())
+        self._evaluator = Evaluator(replace(specification, readings=readings), model)
+        self._assignment: dict[Any, Any] = {}
+        self._unreadable = False
+        for variable, value in values.items():
+            try:
+                self._assignment[_slot(variable)] = self._value(value)
+            except (ValueError, Failure):
+                self._unreadable = True
+
+    def holds(self, predicate: Term) -> Replayed:
+        """Whether a predicate is defined and true at the values."""
+        from cspm.oz.evaluation import TooLarge, Unbounded, Undefined
+
+        if self._unreadable:
+            return Replayed.UNDECIDED
+        (free,) = renamed([predicate], _freed)
+        try:
+            return Replayed.HOLDS if self._evaluator.holds(free, self._assignment) else Replayed.FAILS
+        except Undefined:
+            return Replayed.FAILS
+        except (Unbounded, TooLarge, Failure, KeyError):
+            return Replayed.UNDECIDED
+
+    def _value(self, ground: Term) -> Any:
+        """The value of a ground term.
+
+        Raises:
+            ValueError: it has none that the evaluator knows: an infinite set or function.
+        """
+        from cspm.oz.values import Construction, Element, Graph
+
+        match ground:
+            case Constant(type=core.RealType(), value=value):
+                return Fraction(value)
+            case Constant(value=value):
+                return value
+            case Variable(type=core.GivenType(name=name)):
+                return Element(name, int(ground.name.rsplit("_", 1)[1]))
+            case Construct(type=core.FreeType(name=name)):
+                rank = self._evaluator.rank(name, ground.constructor)
+                argument = None if ground.argument is None else self._value(ground.argument)
+                return Construction(rank, ground.constructor, argument)
+            case Record(values=values):
+                return tuple(map(self._value, values))
+            case Apply(operator="tuple" | "sequence", operands=operands):
+                return tuple(map(self._value, operands))
+            case Apply(operator="set", operands=operands):
+                return frozenset(map(self._value, operands))
+            case Apply(operator="function", operands=operands):
+                return Graph([self._value(pair) for pair in operands])
+            case Apply(operator="bag_display", operands=operands):
+                counts: dict[Any, int] = {}
+                for value in map(self._value, operands):
+                    counts[value] = counts.get(value, 0) + 1
+                return Graph(counts)
+        raise ValueError(ground)
+
+
+def _reading(name: str, size: int) -> core.FiniteReading:
+    from cspm.source import Source
+
+    subject = universe(core.GivenType(name))
+    return core.FiniteReading(
+        subject=subject, text=name, values=None, bound=max(size, 1), span=Source("", "").span(0, 0)
+    )
+
+
+def _freed(variable: Variable) -> Variable | None:
+    """Constants as ordinary variables: the evaluator would look for values of its own."""
+    return Variable(type=variable.type, name=f"{variable.name}%c", role="bound") if _is_constant(variable) else None
+
+
+def _is_constant(variable: Variable) -> bool:
+    return variable.role == "constant"
+
+
+def _slot(variable: Variable) -> Key:
+    return (f"{variable.name}%c", "bound") if _is_constant(variable) else (variable.name, variable.role)

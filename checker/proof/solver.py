@@ -1,0 +1,345 @@
+"""Asking the solver: the whole question first, then in small scopes; no model is believed before it is replayed."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+import z3
+
+from checker.proof.definedness import Definedness
+from checker.proof.descriptions import plain
+from checker.proof.encode import Encoder
+from checker.proof.one_point import eliminated, simplified, taken_apart
+from checker.proof.question import Answer, Found, Impossible, NotUpTo, Part, Question, Settings, Unanswered
+from checker.proof.read_back import Reader, Unreadable
+from checker.proof.replay import Replay, Replayed
+from checker.proof.sorts import Expr, Unsupported
+from checker.proof.terms import Key, Unknown, is_false, is_true, substitute, universe, variables_of
+from cspm.oz import core
+from cspm.oz.core import Term, Variable
+
+_SMALL = (3, 10, 100)
+"""Counterexamples are looked for with numbers up to these first."""
+
+
+@dataclass(slots=True)
+class _Attempt:
+    """One check: ``sat``, ``unsat`` or ``unknown``, with values where there are some."""
+
+    result: str
+    found: Found | None = None
+    reason: str = ""
+
+
+class Solver:
+    """Answers questions about one specification.
+
+    Args:
+        specification: that the questions are about.
+        model: the class whose constants they may speak of.
+        settings: how hard to try.
+        clock: tells the seconds.
+    """
+
+    def __init__(
+        self,
+        specification: core.Specification,
+        model: core.ClassModel | None = None,
+        settings: Settings | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.specification = specification
+        self.model = model
+        self.settings = settings or Settings()
+        self.definedness = Definedness(specification.frees)
+        self._clock = clock
+        self._queries = 0
+        self.name = "query"
+        """What queries are called when they are written out."""
+
+    def ask(self, question: Question) -> Answer:
+        """Whether there are values that satisfy all parts of a question."""
+        parts = [part for part in question.parts if not is_true(part.term)]
+        if any(is_false(part.term) for part in parts):
+            return Impossible()
+        seconds = self._seconds()
+        if seconds <= 0:
+            return Unanswered("the time limit was reached")
+        end = self._clock() + seconds
+        sized = any(map(_sized, parts))
+        if sized and self.settings.scopes:
+            # Values are found, if there are any, most easily where collections are written out.
+            small = self._attempt(question, parts, min(2, self.settings.scopes[-1]), seconds * 0.1)
+            if small.found is not None:
+                return small.found
+        whole = self._attempt(question, parts, None, seconds * 0.4)
+        if whole.result == "unsat":
+            return Impossible()
+        if whole.found is not None:
+            return whole.found
+        return self._bounded(question, parts, whole.reason, end) if sized else Unanswered(whole.reason)
+
+    def _seconds(self) -> float:
+        """The time that there is for a question."""
+        if self.settings.deadline is None:
+            return self.settings.seconds
+        return min(self.settings.seconds, self.settings.deadline - self._clock())
+
+    def _bounded(self, question: Question, parts: list[Part], reason: str, end: float) -> Answer:
+        """The question in small scopes."""
+        searched = 0
+        for number, scope in enumerate(self.settings.scopes):
+            left = end - self._clock()
+            if left <= 0.05:
+                break
+            share = left / (len(self.settings.scopes) - number)
+            attempt = self._attempt(question, parts, scope, share)
+            if attempt.found is not None:
+                return attempt.found
+            if attempt.result != "unsat":
+                break
+            searched = scope
+        return NotUpTo(searched, reason) if searched else Unanswered(reason)
+
+    def _attempt(self, question: Question, parts: list[Part], scope: int | None, seconds: float) -> _Attempt:
+        encoder = Encoder(self.specification, scope)
+        try:
+            formulas = self._formulas(encoder, parts, solve=True)
+            for variable in question.shown:
+                encoder.variable(variable)
+        except Unsupported as unsupported:
+            return _Attempt("unknown", reason=f"there is no formula for {unsupported}")
+        solver = z3.Solver(ctx=encoder.sorts.context)
+        solver.set("random_seed", self.settings.seed)
+        solver.add(*formulas, *encoder.facts)
+        self._write_out(solver, scope)
+        result = _check(solver, seconds, self._clock)
+        if result == z3.unsat:
+            return _Attempt("unsat")
+        if result == z3.unknown:
+            return _Attempt("unknown", reason=_because(solver.reason_unknown(), seconds))
+        return self._read(question, parts, encoder, solver, seconds)
+
+    def _formulas(self, encoder: Encoder, parts: Iterable[Part], *, solve: bool = False) -> list[Expr]:
+        """The formulas of parts. With *solve* what equations say of after-values and outputs is put in their place."""
+        terms: list[Term] = []
+        for part in parts:
+            # Simplification drops what makes no difference to the truth, undefined terms included: it comes second.
+            for term in (part.term,) if part.total else self.definedness.holding([part.term]):
+                terms.append(taken_apart(simplified(term), _result))
+        if solve:
+            results = [Unknown(v, universe(v.type)) for v in variables_of(terms).values() if _result(v)]
+            values: list[tuple[Variable, Term]] = []
+            _, solved = eliminated(results, terms, values)
+            terms = list(solved)
+            for variable, value in reversed(values):
+                encoder.values[variable.name, variable.role] = encoder.term(plain(value))
+        return [encoder.term(plain(term)) for term in terms]
+
+    def _write_out(self, solver: Expr, scope: int | None) -> None:
+        if self.settings.smtlib is not None:
+            self._queries += 1
+            suffix = "" if scope is None else f"-scope{scope}"
+            self.settings.smtlib.append((f"{self.name}-{self._queries:03}{suffix}", solver.to_smt2()))
+
+    # --- values ------------------------------------------------------------------------------------------------------
+
+    def _read(self, question: Question, parts: list[Part], encoder: Encoder, solver: Expr, seconds: float) -> _Attempt:
+        """The values of a model, replayed; with small numbers if there are such."""
+        reason = "the solver's values are not values of the specification"
+        for model in self._models(encoder, solver, seconds):
+            try:
+                values, sizes = _values(question, parts, encoder, model)
+            except (Unreadable, z3.Z3Exception) as unreadable:
+                reason = f"the solver's values cannot be written: {unreadable}"
+                continue
+            found = self._believed(parts, values, sizes)
+            if found is not None:
+                return _Attempt("sat", found)
+        return _Attempt("unknown", reason=reason)
+
+    def _models(self, encoder: Encoder, solver: Expr, seconds: float) -> Iterable[Expr]:
+        """Models, those with small numbers first."""
+        first = solver.model()
+        numbers = [formula for (_, role), formula in encoder.values.items() if role != "bound" and z3.is_arith(formula)]
+        lengths = [formula for name_role, formula in _sequence_lengths(encoder) if name_role[1] != "bound"]
+        for bound in _SMALL if numbers or lengths else ():
+            solver.push()
+            solver.add(*[z3.And(number >= -bound, number <= bound) for number in numbers])
+            solver.add(*[length <= bound for length in lengths])
+            small = solver.model() if _check(solver, min(seconds, 1.0), self._clock) == z3.sat else None
+            solver.pop()
+            if small is not None:
+                yield small
+                break
+        yield first
+
+    def _believed(self, parts: list[Part], values: dict[Variable, Term], sizes: dict[str, int]) -> Found | None:
+        """The values, if the evaluator finds that they satisfy all parts, as far as it can tell."""
+        replay = Replay(self.specification, self.model, sizes, values)
+        vouched = []
+        for part in parts:
+            said = replay.holds(part.term)
+            if said is Replayed.FAILS:
+                return None
+            if said is Replayed.UNDECIDED:
+                if not self._sure(part, values, sizes):
+                    return None
+                vouched.append(part)
+        return Found(values, tuple(vouched))
+
+    def _sure(self, part: Part, values: dict[Variable, Term], sizes: dict[str, int]) -> bool:
+        """Whether the solver can prove a part at the values: without approximations, its negation impossible."""
+        if any(isinstance(value.type, core.GivenType) for value in values.values()) and sizes:
+            return self._sure_with_elements(part, values)
+        table: dict[Key, Term] = {(v.name, v.role): value for v, value in values.items()}
+        return self._proved(substitute(part.term, table), [])
+
+    def _sure_with_elements(self, part: Part, values: dict[Variable, Term]) -> bool:
+        table: dict[Key, Term] = {(v.name, v.role): value for v, value in values.items()}
+        term = substitute(part.term, table)
+        elements = [v for v in variables_of([term]).values() if isinstance(v.type, core.GivenType)]
+        distinct = [
+            core.Apply(
+                type=core.BOOL,
+                operator="not",
+                operands=(core.Apply(type=core.BOOL, operator="equal", operands=(a, b)),),
+            )
+            for i, a in enumerate(elements)
+            for b in elements[i + 1 :]
+            if a.type == b.type
+        ]
+        return self._proved(term, distinct)
+
+    def _proved(self, term: Term, premises: Sequence[Term]) -> bool:
+        encoder = Encoder(self.specification)
+        try:
+            goal = encoder.all(self._formulas(encoder, [Part(term, "")]))
+            given = self._formulas(encoder, [Part(premise, "") for premise in premises])
+        except Unsupported:
+            return False
+        solver = z3.Solver(ctx=encoder.sorts.context)
+        solver.set("random_seed", self.settings.seed)
+        solver.add(*given, *encoder.facts, z3.Not(goal))
+        return bool(_check(solver, self.settings.seconds * 0.2, self._clock) == z3.unsat)
+
+    # --- reasons -----------------------------------------------------------------------------------------------------
+
+    def conflict(self, parts: Iterable[Part]) -> tuple[Part, ...]:
+        """A smallest set of parts that cannot hold together, of parts that cannot.
+
+        Parts without a line of their own are left out of the result, and removed last.
+        """
+        left = [part for part in parts if not is_true(part.term)]
+        seconds = self.settings.seconds / 10
+        core_ = self._core(left, seconds)
+        if core_ is not None:
+            left = core_
+        for part in sorted(left, key=lambda p: p.span is None):
+            rest = [other for other in left if other is not part]
+            if self._impossible(rest, seconds):
+                left = rest
+        return tuple(left)
+
+    def _core(self, parts: list[Part], seconds: float) -> list[Part] | None:
+        encoder = Encoder(self.specification)
+        try:
+            formulas = [encoder.all(self._formulas(encoder, [part])) for part in parts]
+        except Unsupported:
+            return None
+        solver = z3.Solver(ctx=encoder.sorts.context)
+        solver.set("random_seed", self.settings.seed)
+        solver.set("unsat_core", True)
+        solver.add(*encoder.facts)
+        names = {}
+        for i, formula in enumerate(formulas):
+            label = z3.Bool(f"part%{i}", encoder.sorts.context)
+            names[f"part%{i}"] = parts[i]
+            solver.assert_and_track(formula, label)
+        if _check(solver, seconds, self._clock) != z3.unsat:
+            return None
+        chosen = {str(label) for label in solver.unsat_core()}
+        return [part for name, part in names.items() if name in chosen]
+
+    def _impossible(self, parts: list[Part], seconds: float) -> bool:
+        encoder = Encoder(self.specification)
+        try:
+            formulas = self._formulas(encoder, parts)
+        except Unsupported:
+            return False
+        solver = z3.Solver(ctx=encoder.sorts.context)
+        solver.set("random_seed", self.settings.seed)
+        solver.add(*formulas, *encoder.facts)
+        return bool(_check(solver, seconds, self._clock) == z3.unsat)
+
+
+def _result(variable: Variable) -> bool:
+    """Whether a variable belongs to what an operation gives."""
+    return variable.role in ("after", "output")
+
+
+def _sized(part: Part) -> bool:
+    """Whether a scope makes a difference to a predicate: it speaks of given sets or collections."""
+    todo = [part.term]
+    while todo:
+        term = todo.pop()
+        if _has_size(term.type) or (isinstance(term, Variable) and isinstance(term.type, core.SetType)):
+            return True
+        todo.extend(core.parts(term))
+    return False
+
+
+def _has_size(type_: core.Type) -> bool:
+    match type_:
+        case core.GivenType() | core.SequenceType() | core.FunctionType() | core.BagType():
+            return True
+        case core.TupleType(items=items):
+            return any(map(_has_size, items))
+        case core.RecordType(fields=fields):
+            return any(_has_size(part) for _, part in fields)
+        case core.SetType(element=element):
+            # Carriers are sets as well; an interval or a display is no collection that the solver chooses.
+            return _has_size(element)
+    return False
+
+
+def _check(solver: Expr, seconds: float, clock: Callable[[], float]) -> Expr:
+    solver.set("timeout", max(1, int(seconds * 1000)))
+    try:
+        return solver.check()
+    except z3.Z3Exception:
+        return z3.unknown
+
+
+def _because(reason: str, seconds: float) -> str:
+    """The solver's reason in a user's words."""
+    if reason in ("timeout", "canceled", "interrupted from keyboard"):
+        return f"the solver gave up after {seconds:.3g} s"
+    if "incomplete" in reason:
+        return "the solver cannot decide the quantifiers"
+    return f"the solver gave up: {reason}"
+
+
+def _sequence_lengths(encoder: Encoder) -> list[tuple[tuple[str, str], Expr]]:
+    found = []
+    for name_role, formula in encoder.values.items():
+        sort = formula.sort()
+        if sort.kind() == z3.Z3_DATATYPE_SORT and sort.name().startswith("seq%"):
+            found.append((name_role, sort.accessor(0, 0)(formula)))
+    return found
+
+
+def _values(
+    question: Question, parts: list[Part], encoder: Encoder, model: Expr
+) -> tuple[dict[Variable, Term], dict[str, int]]:
+    """The values of the variables, and the sizes of the given sets."""
+    reader = Reader(encoder, model)
+    occurring = variables_of(part.term for part in parts)
+    wanted: dict[Key, Variable] = {(v.name, v.role): v for v in question.shown}
+    values = {
+        variable: reader.value(encoder.variable(variable), variable.type)
+        for variable in {**wanted, **occurring}.values()
+    }
+    return values, reader.sizes()

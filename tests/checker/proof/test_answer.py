@@ -1,0 +1,85 @@
+"""Assertions about the data of classes, answered by the checker."""
+
+from __future__ import annotations
+
+import pytest
+
+import checker.proof.messages  # noqa: F401 -- registers its mistakes
+from checker.check import Checker
+from checker.verdict import Outcome, Verdict
+from cspm.diagnostics import MISTAKES, ScriptError
+from cspm.script import load
+from cspm.source import Source
+from tests.checker.proof.classes import cell
+
+CODES = sorted(code for code in MISTAKES if code.startswith("CSP7"))
+
+
+def outcomes(text: str) -> list[Outcome]:
+    script = load(Source("test.csp", text))
+    checker = Checker(script)
+    return [checker.check(assertion.node) for assertion in script.assertions]
+
+
+@pytest.mark.parametrize("code", CODES)
+def test_the_example_makes_the_mistake_and_the_repair_does_not(code: str) -> None:
+    mistake = MISTAKES[code]
+    with pytest.raises(ScriptError) as error:
+        outcomes(mistake.example)
+
+    assert [diagnostic.code for diagnostic in error.value.diagnostics] == [code]
+    assert outcomes(mistake.repair)
+
+
+@pytest.mark.parametrize("code", CODES)
+def test_titles_and_explanations_are_sentences(code: str) -> None:
+    mistake = MISTAKES[code]
+    assert mistake.title == mistake.title.strip(". ")
+    assert mistake.explanation.strip().endswith(".")
+    assert len(mistake.title) < 80
+
+
+def test_all_obligations_fail_for_an_error_only() -> None:
+    """A warning is a remark; asked for by its name, the same obligation fails."""
+    text = cell(state="n : 0..9", effect="n' = n + 1")
+    whole, single = outcomes(text + "assert Cell :[obligations]\nassert Cell :[carrier kept]\n")
+
+    assert whole.verdict is Verdict.PASS
+    assert whole.remarks == ("`carrier kept` of `go`: `n'` leaves the carrier `0..9`: there the operation is blocked",)
+    assert single.verdict is Verdict.FAIL
+
+
+def test_a_failure_has_the_values_and_the_predicate() -> None:
+    (outcome,) = outcomes(cell(invariant="n <= 9", effect="n' = n + 2") + "assert Cell :[obligations]\n")
+
+    assert outcome.verdict is Verdict.FAIL
+    assert outcome.counterexample is not None
+    assert outcome.counterexample.kind == "obligation"
+    assert outcome.counterexample.values == {"n": "8", "n'": "10"}
+    broken = outcome.counterexample.obligation
+    assert broken is not None
+    assert (broken.name, broken.operation, broken.failing) == ("invariant preserved", "go", "n' <= 9")
+
+
+def test_not_turns_the_verdict_round() -> None:
+    (outcome,) = outcomes(cell(invariant="n <= 9", effect="n' = n + 2") + "assert not Cell :[invariant preserved]\n")
+
+    assert outcome.verdict is Verdict.PASS
+
+
+def test_one_operation_by_name() -> None:
+    (outcome,) = outcomes(cell(effect="n' = n + 1") + "assert Cell :[deterministic operation]: go\n")
+
+    assert outcome.verdict is Verdict.PASS
+
+
+def test_no_time_is_unknown() -> None:
+    from checker.proof.answer import answer
+    from tests.checker.proof.classes import specification
+
+    text = cell(effect="n' = n + 1") + "assert Cell :[feasible]\n"
+    script = load(Source("test.csp", text))
+    outcome = answer(script.assertions[0].node, specification(text), seconds=0.0)  # type: ignore[arg-type]
+
+    assert outcome.verdict is Verdict.UNKNOWN
+    assert outcome.reason == "`feasible` of `go`: the time limit was reached"

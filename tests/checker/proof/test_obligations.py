@@ -1,0 +1,217 @@
+"""Each obligation: a class for which it holds, and one that violates exactly that."""
+
+from __future__ import annotations
+
+import pytest
+
+from checker.proof.obligations import OBLIGATIONS
+from tests.checker.proof.classes import cell, findings, told, wrong
+
+GOOD = cell(invariant="n <= 9", effect="n < 9; n' = n + 1")
+
+CASES: dict[str, tuple[str, str, list[str]]] = {
+    # obligation: a class for which it holds, one for which it does not, everything that is refuted of the latter
+    "axioms consistent": (
+        cell(inside="const max : nat where 3 <= max <= 9", invariant="n <= max", effect="n < max; n' = n + 1"),
+        cell(inside="const max : nat where max < 3 and max > 5", effect="n' = n + 1"),
+        ["axioms consistent"],
+    ),
+    "state inhabited": (
+        GOOD,
+        cell(invariant="n > 3; n < 2", init="n > 3; n < 2", effect="n' = n"),
+        ["state inhabited", "initialisation", "feasible go"],
+    ),
+    "initialisation": (
+        GOOD,
+        cell(invariant="n <= 9", init="n = 0; n = 1", effect="n < 9; n' = n + 1"),
+        ["initialisation"],
+    ),
+    "initial invariant": (
+        GOOD,
+        cell(invariant="n <= 9", init="n < 20", effect="n < 9; n' = n + 1"),
+        ["initial invariant `n <= 9`"],
+    ),
+    "feasible": (GOOD, cell(invariant="n <= 9", effect="n > 9; n' = n - 1"), ["feasible go"]),
+    "invariant preserved": (
+        GOOD,
+        cell(invariant="n <= 9", effect="n' = n + 1"),
+        ["invariant preserved go `n <= 9`"],
+    ),
+    "total function": (
+        cell(state="f : 0..2 -> nat", init="f(0) = 0", delta="f", effect="f' = f (+) {1 |-> 5}"),
+        cell(
+            state="f : 0..2 -> nat", init="f(0) = 0", delta="f", parameters="i? : nat", effect="f' = f (+) {i? |-> 5}"
+        ),
+        ["total function go `f'`"],
+    ),
+    "carrier kept": (
+        cell(state="n : 0..9", effect="n < 9; n' = n + 1"),
+        cell(state="n : 0..9", effect="n' = n + 1"),
+        ["carrier kept go `n'`"],
+    ),
+    "guard covers effect": (
+        cell(state="n : 0..9", enable="n < 9", effect="n' = n + 1"),
+        cell(state="n : int", enable="n < 9", effect="n' = n + 1; n' > 0"),
+        ["guard covers effect go", "guard is precondition go"],
+    ),
+    "guard satisfiable": (
+        cell(state="n : 0..9", enable="n < 9", effect="n' = n + 1"),
+        cell(state="n : 0..9", enable="n > 9", effect="n' = n"),
+        ["feasible go", "guard satisfiable go", "guard is precondition go"],
+    ),
+    "guard not redundant": (
+        cell(state="n : 0..9", enable="n < 9", effect="n' = n + 1"),
+        cell(state="n : 0..9", enable="n < 10", effect="n' = 9 - n"),
+        ["guard not redundant go"],
+    ),
+    "guard is precondition": (
+        cell(state="n : 0..9", enable="n < 9", effect="n < 9; n' = n + 1"),
+        cell(state="n : 0..9", enable="n < 8", effect="n < 9; n' = n + 1"),
+        ["guard is precondition go"],
+    ),
+    "inputs usable": (
+        cell(state="n : 0..9", parameters="i? : 0..2", effect="n' = i?"),
+        cell(state="n : 0..9", parameters="i? : 0..2", effect="i? < 2; n' = i?"),
+        ["inputs usable go `i? = 2`"],
+    ),
+    "branch reachable": (
+        cell(state="n : 0..9", parameters="i? : nat", effect="i? > 5 => n' = 1; i? <= 5 => n' = 0"),
+        cell(state="n : 0..9", parameters="i? : nat", effect="i? = 7 => n' > 9; n' = 3"),
+        ["branch reachable go `i? = 7`"],
+    ),
+    "deterministic operation": (
+        GOOD,
+        cell(state="n : 0..9", effect="n' in {1, 2}"),
+        ["deterministic operation go `n'`"],
+    ),
+    "output defined": (
+        cell(parameters="o! : nat", effect="o! = n; n' = n + 1"),
+        cell(parameters="o! : nat", effect="n > 3 => o! = n; n' = n + 1"),
+        ["deterministic operation go `o!`", "output defined go `o!`"],
+    ),
+    "delta changes": (GOOD, cell(effect="n' = n"), ["delta changes go `n`"]),
+    "applied in domain": (
+        cell(state="n : nat; s : seq nat", init="s = <>", effect="s != <>; n' = head s"),
+        cell(state="n : nat; s : seq nat", init="s = <>", effect="n' = head s"),
+        ["applied in domain go `head(s)`"],
+    ),
+}
+
+
+def test_there_is_a_case_for_each_obligation() -> None:
+    assert list(CASES) == [obligation.name for obligation in OBLIGATIONS]
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_an_obligation_holds(name: str) -> None:
+    found = findings(CASES[name][0], name)
+
+    assert found
+    assert {f.status for f in found} == {"proved"}
+    assert not any(f.vacuous for f in found)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_an_obligation_is_violated_and_nothing_else(name: str) -> None:
+    assert wrong(CASES[name][1]) == CASES[name][2]
+
+
+def test_a_counterexample_has_the_values_of_the_step() -> None:
+    (found,) = findings(CASES["invariant preserved"][1], "invariant preserved")
+
+    assert dict(found.values) == {"n": "9", "n'": "10"}
+    assert found.failing == "n' <= 9"
+    assert found.message == "the operation breaks the invariant `n <= 9`"
+    assert found.span is not None
+    assert found.span.text == "n <= 9"
+
+
+def test_a_dead_operation_names_the_lines_that_exclude_each_other() -> None:
+    (found,) = findings(cell(invariant="n <= 9", effect="n > 9; n' = n - 1"), "feasible")
+
+    assert [span.text for span in found.lines] == ["n <= 9", "n > 9"]
+
+
+def test_a_proof_about_a_dead_operation_is_marked_as_saying_nothing() -> None:
+    found = findings(cell(invariant="n <= 9", effect="n > 9; n' = n - 1"), "invariant preserved")
+
+    assert [(f.status, f.vacuous) for f in found] == [("proved", True)]
+
+
+def test_one_operation_can_be_asked_for() -> None:
+    text = """
+class Two
+  chan up, down : []
+  main = up -> main [] down -> main
+  state
+    n : int
+  op up
+    Delta(n)
+  where
+    n' = n + 1
+  op down
+    Delta(n)
+  where
+    n' = n - 1
+end
+"""
+    assert told(findings(text, "feasible", operation="down")) == ["feasible down: proved"]
+
+
+def test_secondary_variables_follow_the_invariant() -> None:
+    """It is enough that they can have values: the operation does not say them."""
+    text = """
+given ITEM
+class Stack
+  chan push : [x? : ITEM]
+  chan pop : [y! : ITEM]
+  main = push -> main [] pop -> main
+  const max : nat where max <= 4
+  state
+    items : seq ITEM
+    Delta
+    size : nat
+  where
+    size = #items
+    size <= max
+  init
+    items = <>
+  op push
+    Delta(items)
+    x? : ITEM
+  where
+    PUSH
+    items' = <x?> ^ items
+  op pop
+    Delta(items)
+    y! : ITEM
+  where
+    items != <>
+    y! = head items
+    items' = tail items
+end
+"""
+    assert wrong(text.replace("PUSH", "#items < max")) == []
+    assert wrong(text.replace("PUSH", "true")) == ["invariant preserved push values for `size`"]
+
+
+def test_a_choice_within_the_carrier_keeps_it() -> None:
+    """What an operation leaves open is chosen inside the carrier; only what it says can lead out."""
+    assert wrong(cell(state="n : 0..9", effect="n' >= n")) == ["deterministic operation go `n'`"]
+
+
+def test_real_numbers_are_real() -> None:
+    text = cell(
+        state="x : real", init="x = 0.0", delta="x", effect="x' = (x + 1.0) / 2.0", invariant="x < 1.0; x >= 0.0"
+    )
+
+    assert wrong(text) == []
+    assert wrong(text.replace("(x + 1.0) / 2.0", "x * 2.0"))[0] == "invariant preserved go `x < 1.0`"
+
+
+def test_division_rounds_down_and_the_remainder_has_the_sign_of_the_divisor() -> None:
+    text = cell(
+        state="n : int", init="n = 0", effect="n' = -7 div -2; n' = 3; -7 mod -2 = -1; -7 mod 2 = 1; 7 div -2 = -4"
+    )
+
+    assert told(findings(text, "feasible")) == ["feasible go: proved"]
