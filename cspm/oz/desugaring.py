@@ -61,6 +61,9 @@ class _Desugaring:
         self.models = dict(self.specification.classes)
         self.fields = kept_fields(tree, list(self.models.values()), control=context.control)
         self.mistakes: list[Diagnostic] = []
+        self.sharing = self._sharing()
+        self.parameters = {name for model in self.models.values() for name in model.generics}
+        """What generic parameters are called: given sets that no paragraph gives."""
 
     def run(self) -> syntax.Script:
         generated: dict[int, list[Declaration]] = {}
@@ -132,7 +135,10 @@ class _Desugaring:
         carrier = whole(core.GivenType(name))
         readings = self.context.evaluator(None).readings
         reading = readings.of(carrier)
-        public = "." not in name and self._claim(name, "a given set", span)
+        if "." in name or (name in self.parameters and name in self.declared):
+            public = False
+        else:
+            public = self._claim(name, "a given set", span)
         if reading is None or reading.bound is None:
             yield syntax.DatatypeDeclaration(span=span, name=name + WIDE, constructors=())
             if public:
@@ -194,14 +200,29 @@ class _Desugaring:
 
     def _channels(self) -> Iterator[Declaration]:
         """The channels that classes share with each other and with the script."""
-        sharing: dict[str, list[tuple[core.ClassModel, core.Channel]]] = {}
+        for name, users in self.sharing.items():
+            if name not in self.declared:
+                yield self._channel(users)
+
+    def _sharing(self) -> dict[str, list[tuple[core.ClassModel, core.Channel]]]:
+        """The users of each channel that is shared.
+
+        A generic class whose parameter types are not known takes no part where others know theirs: its channel is
+        then its own.
+        """
+        users: dict[str, list[tuple[core.ClassModel, core.Channel]]] = {}
         for model in self.models.values():
             for channel in model.channels.values():
                 if channel.kind == "chan":
-                    sharing.setdefault(channel.name, []).append((model, channel))
-        for name, users in sharing.items():
-            if name not in self.declared:
-                yield self._channel(users)
+                    users.setdefault(channel.name, []).append((model, channel))
+        for name, found in users.items():
+            definite = [(m, c) for m, c in found if not _is_generic(c, m)]
+            if definite and len({tuple([p.type for p in c.parameters]) for _, c in found}) > 1:
+                users[name] = definite
+        return users
+
+    def _is_shared(self, model: core.ClassModel, channel: core.Channel) -> bool:
+        return channel.kind == "chan" and any(m is model for m, _ in self.sharing[channel.name])
 
     def _channel(self, users: Sequence[tuple[core.ClassModel, core.Channel]]) -> Declaration:
         owner, first = users[0]
@@ -227,7 +248,8 @@ class _Desugaring:
         local = [c for c in model.channels.values() if c.kind == "local_chan"]
         done = syntax.ChannelDeclaration(span=span, names=(syntax.NameDeclaration(span=span, name=DONE),))
         private: list[Declaration] = [done, *[self._channel([(model, channel)]) for channel in local]]
-        exported: list[Declaration] = [self._channel([(model, channel)]) for channel in methods]
+        own = [c for c in model.channels.values() if c.kind == "chan" and not self._is_shared(model, c)]
+        exported: list[Declaration] = [self._channel([(model, channel)]) for channel in (*methods, *own)]
         exported += [self._constant(constant, name) for constant in model.constants]
         mains: list[Name] = []
         for part in model.processes:
@@ -260,6 +282,12 @@ class _Desugaring:
         members = [Name(span=span, parts=(name, c.name)) for c in methods]
         process = _value(name, span, _hiding(Name(span=span, parts=(name, "visible")), members, span))
         return [module, process]
+
+
+def _is_generic(channel: core.Channel, model: core.ClassModel) -> bool:
+    """Whether events of a channel have values of the type of a generic parameter of its class."""
+    generic = {*model.generics, *[f"{model.name}.{name}" for name in model.generics]}
+    return any(name in generic for p in channel.parameters for name in _datatypes_in(p.type))
 
 
 def _has_main(part: core.ProcessPart) -> bool:

@@ -12,6 +12,7 @@ import pytest
 from cspm import names, parser
 from cspm.diagnostics import ScriptError
 from cspm.inference import Types, infer
+from cspm.script import load
 
 CORPUS = Path(__file__).parent.parent / "corpus" / "types"
 PASS = sorted((CORPUS / "pass").glob("*.csp"))
@@ -47,7 +48,10 @@ def test_a_bad_script_gets_the_mistakes_that_it_says(path: Path) -> None:
 
 @pytest.mark.parametrize("path", [*SPECS, *EVALUATED], ids=lambda path: path.stem)
 def test_what_is_checked_and_evaluated_elsewhere_is_well_typed(path: Path) -> None:
-    assert all(text for _, text in types_of(path).listing())
+    types = load(path).types
+
+    assert types is not None
+    assert all(text for _, text in types.listing())
 
 
 def test_the_corpus_has_scripts_of_both_kinds() -> None:
