@@ -128,10 +128,9 @@ class Checker:
                 claim = "possible" if model == "T" else "reliable"
             return self._within_readings(outcome, process, None, budget, trace=claim)
         if isinstance(assertion, Obligations | DataRefinement | Subtype):
-            from checker.proof.answer import answer
-            from cspm.oz.core import Specification
+            from checker.proof.answer import answer, specification_of
 
-            return answer(assertion, self._script.specification or Specification(), self._limits.seconds)
+            return answer(assertion, specification_of(self._script), self._limits.seconds)
         raise TypeError(f"not an assertion: {assertion!r}")
 
     def _within_readings(

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from checker.proof import messages
 from checker.proof.finding import Finding, worst_first
@@ -18,6 +19,10 @@ from cspm.messages.classes import unknown_class
 from cspm.oz import core, syntax
 from cspm.source import Span
 from cspm.spelling import suggestions
+from cspm.syntax import Assertion, NotAssertion
+
+if TYPE_CHECKING:
+    from cspm.script import Script
 
 _MOST_OTHERS = 8
 
@@ -41,18 +46,33 @@ def answer(
     """
     start = clock()
     settings = Settings(deadline=None if seconds is None else start + seconds)
+    if isinstance(node, syntax.Obligations):
+        # An obligation that is asked for by name counts as it is; among all only errors do.
+        named = node.obligation not in (None, "obligations")
+        return outcome(obligations(node, specification, settings), named=named, seconds=clock() - start)
+    found = list(whole_refinement(node, specification, settings))
+    return outcome(found, named=False, seconds=clock() - start)
+
+
+def whole_refinement(node: Assertion, specification: core.Specification, settings: Settings) -> Iterator[Finding]:
+    """The findings for an assertion about two classes; none for other assertions.
+
+    Raises:
+        ScriptError: it speaks of what there is not.
+    """
+    while isinstance(node, NotAssertion):
+        node = node.inner
     match node:
-        case syntax.Obligations():
-            found = obligations(node, specification, settings)
-            # An obligation that is asked for by name counts as it is; among all only errors do.
-            named = node.obligation not in (None, "obligations")
         case syntax.DataRefinement():
             relation = _retrieve(node, specification)
-            found, named = list(refinement(specification, relation, upward=node.upward, settings=settings)), False
+            yield from refinement(specification, relation, upward=node.upward, settings=settings)
         case syntax.Subtype():
-            relation = _projection(node, specification)
-            found, named = list(refinement(specification, relation, settings=settings)), False
-    return outcome(found, named=named, seconds=clock() - start)
+            yield from refinement(specification, _projection(node, specification), settings=settings)
+
+
+def specification_of(script: Script) -> core.Specification:
+    """The Object-Z part of a loaded script; an empty one where it has none."""
+    return script.specification or core.Specification()
 
 
 def obligations(node: syntax.Obligations, specification: core.Specification, settings: Settings) -> list[Finding]:

@@ -8,9 +8,9 @@ from dataclasses import replace
 from checker.proof.finding import Finding
 from checker.proof.prover import Prover, Report
 from checker.proof.question import Answer, Found, Part
-from checker.proof.terms import member
-from cspm.oz.core import Operation, Variable
-from cspm.oz.core_text import text
+from checker.proof.terms import member, variables_of
+from cspm.oz.core import Operation, Term, Variable
+from cspm.oz.core_text import text, written
 
 
 def applied_in_domain(prover: Prover, report: Report) -> Iterator[Finding]:
@@ -31,8 +31,8 @@ def _operation(prover: Prover, report: Report, operation: Operation) -> Iterator
     situation = prover.situation
     known = [*situation.state(), *situation.inputs(operation)]
     guard = list(situation.guard(operation))
-    shown = situation.shown(operation)
-    yield from _places(prover, report, operation, known, guard, situation.shown(operation, after=False))
+    shown = situation.shown(operation, after=False)
+    yield from _places(prover, report, operation, known, guard, shown)
     after = [
         *guard,
         *situation.frame(operation),
@@ -71,15 +71,20 @@ def _places(
                 detail=f"`{text(application.term)}`",
                 span=application.term.span or part.span,
             )
-            yield _with_bound(finding, answer, inside)
+            yield _to_the_point(finding, answer, shown, inside, (application.term, application.condition))
 
 
-def _with_bound(finding: Finding, answer: Answer, inside: Sequence[Variable]) -> Finding:
-    """The finding with the values of the bound variables around the application."""
-    if not isinstance(answer, Found) or not inside:
+def _to_the_point(
+    finding: Finding, answer: Answer, shown: Sequence[Variable], inside: Sequence[Variable], terms: Sequence[Term]
+) -> Finding:
+    """The finding with the values of what is shown, of what the application speaks of, and of what is bound around."""
+    if not isinstance(answer, Found):
         return finding
-    values = dict(finding.values)
+    spoken = variables_of(terms)
+    kept = {written(v) for v in (*shown, *spoken.values())}
+    kept |= {written(v) for v in answer.values if v.role == "constant"}
+    values = {name: value for name, value in finding.values.items() if name in kept}
     for variable in inside:
         if variable in answer.values:
-            values[variable.name.split("%")[0]] = text(answer.values[variable])
+            values[written(variable)] = text(answer.values[variable])
     return replace(finding, values=values)

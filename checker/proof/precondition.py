@@ -118,7 +118,9 @@ def _by_cases(prover: Prover, known: list[Part], unknowns: tuple[Unknown, ...], 
                 if solved is None:
                     return None
                 parts = [solved]
-            found.append(implication(all_of(_brief(prover, known, case)), tidied(all_of(parts))))
+            premises = [*known, *[Part(term, "case") for term in case]]
+            rest = _necessary(prover, premises, list(conjuncts(tidied(all_of(parts)))))
+            found.append(implication(all_of(_brief(prover, known, case)), all_of(rest)))
             continue
         for condition in (negation(split), split):
             premises = [*known, *[Part(term, "case") for term in (*case, condition)]]
@@ -272,6 +274,10 @@ class _Reader:
                 for operand in operands[1:]:
                     result = Apply(type=result.type, operator=names[kind], operands=(result, operand))
                 return result
+            case z3.Z3_OP_MOD | z3.Z3_OP_IDIV if isinstance(operands[1], Constant) and operands[1].value > 0:
+                # For positive divisors both have the meaning that they have in Z.
+                name = "mod" if kind == z3.Z3_OP_MOD else "div"
+                return Apply(type=core.INT, operator=name, operands=tuple(operands))
             case z3.Z3_OP_UMINUS:
                 return Apply(type=operands[0].type, operator="negate", operands=tuple(operands))
             case z3.Z3_OP_TO_REAL:
@@ -295,8 +301,10 @@ def _tidied(term: Term) -> Term:
             return _sum(_tidied(replace(term, operands=(inner,))), integer(-1))
         case Apply(operator="length", operands=(Apply(operator="rev", operands=(inner,)),)):
             return replace(term, operands=(inner,))
-        case Apply(operator="at_most" | "less" as operator, operands=(left, right)):
+        case Apply(operator="at_most" | "less" | "equal" as operator, operands=(left, right)):
             return _compared(operator, left, right)
+        case Apply(operator="in", operands=(Apply() as number, Apply(operator="range", operands=(low, high)))):
+            return all_of([_compared("at_most", low, number), _compared("at_most", number, high)])
         case Apply(operator="in", operands=(number, Apply(operator="Nat"))) if isinstance(number, Apply):
             return _compared("at_most", integer(0), number)
         case Apply(operator="dom", operands=(Apply(operator="override", operands=(old, new)),)):
@@ -331,7 +339,18 @@ def _compared(operator: str, left: Term, right: Term) -> Term:
     negative: list[Term] = []
     if left.type not in (core.INT, core.REAL):
         return Apply(type=BOOL, operator=operator, operands=(left, right))
+    if operator == "equal" and isinstance(left, Constant):
+        left, right = right, left
+    if operator == "equal" and not _is_sum(left) and not _is_sum(right):
+        return Apply(type=BOOL, operator=operator, operands=(left, right))
     total = _collect(left, 1, positive, negative) + _collect(right, -1, positive, negative)
+    for term in list(positive):
+        if term in negative:
+            positive.remove(term)
+            negative.remove(term)
+    if not positive and not negative:
+        truth = {"equal": total == 0, "at_most": total <= 0, "less": total < 0}[operator]
+        return Constant(type=BOOL, value=truth)
     sides = [_added(positive, left.type), _added(negative, left.type)]
     literal: Term | None = None
     if total:
@@ -342,7 +361,13 @@ def _compared(operator: str, left: Term, right: Term) -> Term:
         # a + 1 <= b is a < b
         operator, sides[0] = "less", _added(positive, left.type)
     zero = _number(Fraction(0), left.type)
+    if operator == "equal" and sides[0] is None:
+        sides.reverse()
     return Apply(type=BOOL, operator=operator, operands=(sides[0] or zero, sides[1] or zero))
+
+
+def _is_sum(term: Term) -> bool:
+    return isinstance(term, Apply) and term.operator in ("plus", "minus", "negate")
 
 
 def _number(value: Fraction, type_: core.Type) -> Constant:
@@ -385,7 +410,7 @@ def _plus(left: Term | None, right: Term) -> Term:
 
 def _necessary(prover: Prover, known: Iterable[Part], terms: list[Term]) -> list[Term]:
     """The conjuncts that do not follow from what is known and from each other; definedness conditions go first."""
-    kept = list(dict.fromkeys(terms))
+    kept = list(dict.fromkeys(part for term in terms for part in conjuncts(term)))
     if any(map(is_false, kept)):
         return [Constant(type=BOOL, value=False)]
     known = list(known)

@@ -16,6 +16,7 @@ VERBS = {
     "check": "Check the assertions of scripts (the default).",
     "sweep": "Check scripts for several values of their constants.",
     "typecheck": "Read scripts and check their names and types.",
+    "prove": "Prove the obligations of classes, or compute a precondition.",
     "fmt": "Print scripts in the standard layout, or rewrite them.",
     "probe": "Step through a process, or through a counterexample.",
     "graph": "Draw a machine, an architecture or a counterexample.",

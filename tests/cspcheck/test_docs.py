@@ -74,7 +74,7 @@ def test_the_python_page_speaks_of_names_that_there_are() -> None:
     assert {"load", "loads", "ScriptError", "Incomplete", "Verdict", "Counterexample"} <= names
 
 
-@pytest.mark.parametrize("page", ["command-line.md", "python.md", "pytest.md", "codes.md"])
+@pytest.mark.parametrize("page", ["command-line.md", "proof.md", "python.md", "pytest.md", "codes.md"])
 def test_links_lead_somewhere(page: str) -> None:
     text = (DOCS / page).read_text(encoding="utf-8")
     anchors = {heading.lower().replace(" ", "-") for heading in re.findall(r"^#+ (.+)$", text, re.MULTILINE)}

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import pytest
 
 from checker.proof.obligations import OBLIGATIONS
@@ -215,3 +218,10 @@ def test_division_rounds_down_and_the_remainder_has_the_sign_of_the_divisor() ->
     )
 
     assert told(findings(text, "feasible")) == ["feasible go: proved"]
+
+
+def test_the_page_about_proof_lists_every_obligation_with_its_weight() -> None:
+    page = (Path(__file__).resolve().parents[3] / "docs" / "proof.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `([a-z ]+)` \| .* \| (error|warning|info) \| ", page, re.MULTILINE)
+
+    assert rows == [(obligation.name, obligation.severity) for obligation in OBLIGATIONS]

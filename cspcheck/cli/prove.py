@@ -1,0 +1,137 @@
+"""``cspcheck prove FILE...``: the proof obligations of classes, one by one, and preconditions."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cspcheck.cli import finish
+from cspcheck.cli.options import (
+    DURATION,
+    ConfiguredCommand,
+    definitions,
+    files_argument,
+    manner_options,
+    output_option,
+    script_options,
+)
+
+if TYPE_CHECKING:
+    from checker.proof.finding import Finding
+    from cspcheck.report.prove import Listing
+    from cspm.oz import core
+    from cspm.script import Script
+
+FORMATS = ("full", "json")
+
+
+@click.command(cls=ConfiguredCommand, short_help="Prove the obligations of classes, or compute a precondition.")
+@files_argument
+@click.option("--class", "owner", metavar="CLASS", help="Only this class.")
+@click.option("--obligation", metavar="NAME", help="Only this kind of obligation, as `invariant preserved`.")
+@click.option("--operation", metavar="OP", help="Only this operation.")
+@click.option("--precondition", metavar="OP", help="Say instead when this operation is possible.")
+@click.option("--timeout", type=DURATION, metavar="TIME", help="Give up an obligation after TIME.  [default: 10s]")
+@click.option("--smtlib", metavar="FOLDER", type=click.Path(), help="Write every query of the solver to FOLDER.")
+@click.option("--format", "form", type=click.Choice(FORMATS), default="full", show_default=True, help="Output form.")
+@output_option
+@script_options
+@manner_options
+def command(**options: Any) -> None:
+    """Prove the obligations of every class of every script, and the refinements that the scripts assert.
+
+    FILE is a script, a folder (the scripts below it), or `-` for standard input. Exit codes: 0 everything that counts
+    is proved; 1 something is refuted; 3 something is not decided; 5 there is nothing to prove.
+    """
+    from checker.proof.question import Settings
+    from cspcheck import checking
+    from cspcheck.cli.streams import output_to
+    from cspcheck.report.prove import Document, FullListing
+    from cspcheck.report.style import style_for
+    from cspcheck.result import Exit
+    from cspcheck.selection import EmptyFolder, targets
+
+    smtlib: list[tuple[str, str]] | None = [] if options["smtlib"] is not None else None
+    settings = Settings(seconds=options["timeout"] or 10.0, smtlib=smtlib)
+    loading = checking.Settings(definitions=definitions(options))
+    with output_to(options["output"]) as output:
+        listing: Listing
+        if options["form"] == "json":
+            listing = Document(output.write)
+        else:
+            style = style_for(output.stream, options["color"])
+            listing = FullListing(output.write, style, options["verbose"] - options["quiet"])
+        for target in targets(options["files"]):
+            if isinstance(target, EmptyFolder):
+                continue
+            script = checking.load(target.path, loading)
+            if options["precondition"] is not None:
+                _preconditions(script, options, settings, listing)
+            else:
+                listing.script(script.source.name)
+                for finding in _findings(script, options, settings):
+                    listing.finding(finding)
+        code = listing.end(named=options["obligation"] not in (None, "obligations"))
+    if smtlib is not None:
+        _keep(options["smtlib"], smtlib)
+    finish(int(Exit(code)))
+
+
+def _classes(specification: core.Specification, options: dict[str, Any]) -> Iterator[core.ClassModel]:
+    """The classes that are meant."""
+    from checker.proof.answer import class_of, operation_of
+
+    owner = options["owner"]
+    wanted = options["operation"] or options["precondition"]
+    models = [class_of(specification, owner, None)] if owner else list(specification.classes.values())
+    if wanted and not owner:
+        having = [model for model in models if wanted in model.operations]
+        models = having or models[:1]
+    for model in models:
+        if wanted:
+            operation_of(model, wanted, None)
+        yield model
+
+
+def _findings(script: Script, options: dict[str, Any], settings: Any) -> Iterator[Finding]:
+    from checker.proof.answer import obligation_names, operation_of, specification_of, whole_refinement
+    from checker.proof.obligations import discharge
+    from checker.proof.prover import Prover
+
+    specification = specification_of(script)
+    names = obligation_names(options["obligation"], None)
+    for model in _classes(specification, options):
+        operation = operation_of(model, options["operation"], None).name if options["operation"] else None
+        yield from discharge(Prover(specification, model, settings), names, operation)
+    if not (options["owner"] or options["operation"] or options["obligation"]):
+        for assertion in script.assertions:
+            yield from whole_refinement(assertion.node, specification, settings)
+
+
+def _preconditions(script: Script, options: dict[str, Any], settings: Any, listing: Listing) -> None:
+    from checker.proof.answer import operation_of, specification_of
+    from checker.proof.precondition import precondition
+    from checker.proof.prover import Prover
+
+    specification = specification_of(script)
+    for model in _classes(specification, options):
+        operation = operation_of(model, options["precondition"], None)
+        found = precondition(Prover(specification, model, settings), operation)
+        listing.precondition(model.name, operation.name, found)
+
+
+def _keep(folder: str, queries: Iterable[tuple[str, str]]) -> None:
+    """Write the queries, a file each."""
+    from cspcheck.messages import cannot_write
+    from cspm.diagnostics import ScriptError
+
+    try:
+        os.makedirs(folder, exist_ok=True)
+        for name, text in queries:
+            with open(os.path.join(folder, f"{name}.smt2"), "w", encoding="utf-8") as file:
+                file.write(text)
+    except OSError as error:
+        raise ScriptError(cannot_write(folder, error.strerror or str(error))) from None
