@@ -69,9 +69,9 @@ class Encoder:
         return any_true(self.sorts.context, list(parts))
 
     def name(self, stem: str) -> str:
-        """A name that the query does not have."""
+        """A name that neither the query nor the specification has: bound variables there are called ``x%7``."""
         self._names += 1
-        return f"{stem}%{self._names}"
+        return f"{stem}%{self._names}e"
 
     def constant(self, stem: str, sort: Sort) -> Expr:
         """A new constant."""

@@ -14,7 +14,7 @@ and never is a wrong value given.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, TypeAlias
 
@@ -51,13 +51,35 @@ class Scope:
         return frame
 
 
+class _Constants(Mapping[str, Any]):
+    """The constants of an evaluator as a mapping that finds each value when it is asked for."""
+
+    def __init__(self, evaluator: Evaluator) -> None:
+        self._evaluator = evaluator
+        self._names = evaluator._declared()
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self._names:
+            raise KeyError(name)
+        return self._evaluator._constant(name)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._names
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+
 class Evaluator:
     """Evaluates the terms of one specification, or of one of its classes.
 
     Args:
         specification: what types and readings the terms have.
         model: a class whose constants are in scope as well.
-        constants: values of constants that are not to be found by solving the axioms.
+        constants: values of constants that are not to be found by solving the axioms; asked for when needed.
 
     Attributes:
         used: the finite readings that what has been compiled follows, as the script writes them.
@@ -75,8 +97,8 @@ class Evaluator:
         self.readings = Readings(specification, self)
         self.used: dict[str, None] = {}
         self.has_left = False
-        self._constants: dict[str, Any] | None = None
-        self._given = dict(constants or {})
+        self._constants: dict[str, Any] = {}
+        self._given: Mapping[str, Any] = constants if constants is not None else {}
         self._solving = False
         self._closed: dict[int, tuple[Term, Code]] = {}
 
@@ -129,35 +151,58 @@ class Evaluator:
 
     @property
     def constants(self) -> Mapping[str, Any]:
-        """The values of the global constants and of those of the class.
+        """The values of the global constants and of those of the class, found when they are asked for.
 
         Where the axioms leave a choice, the first values that satisfy them are taken, and that is a reading like
-        any other: ``used`` says so.
-
-        Raises:
-            Failure: no values satisfy the axioms, or there are infinitely many to choose from.
+        any other: ``used`` says so. Asking for a value raises ``Failure`` if no values satisfy the axioms, or there are
+        infinitely many to choose from.
         """
-        if self._constants is None:
-            declared = (*self.specification.constants, *(self.model.constants if self.model else ()))
-            axioms = (*self.specification.axioms, *(self.model.axioms if self.model else ()))
-            if not declared:
-                self._constants = {}
+        return _Constants(self)
+
+    def _declared(self) -> dict[str, core.Declared]:
+        declared = (*self.specification.constants, *(self.model.constants if self.model else ()))
+        return {d.name: d for d in declared}
+
+    def _constant(self, name: str) -> Any:
+        """The value of one constant, found together with those that the same axioms speak of."""
+        if name not in self._constants:
+            if name in self._given:
+                self._constants[name] = self._given[name]
             else:
-                self._solving = True
+                was, self._solving = self._solving, True
                 try:
-                    self._constants = self._solve(declared, axioms)
+                    self._constants |= self._solve(*self._together(name))
                 finally:
-                    self._solving = False
-        return self._constants
+                    self._solving = was
+        return self._constants[name]
+
+    def _together(self, name: str) -> tuple[list[core.Declared], list[Term]]:
+        """The constants that must be chosen together with one, and the axioms about them."""
+        declared = self._declared()
+        axioms = (*self.specification.axioms, *(self.model.axioms if self.model else ()))
+        mentioned = [{n for n, role in free_variables(a) if role == "constant"} for a in axioms]
+        carriers = {
+            d.name: {n for n, role in free_variables(d.carrier) if role == "constant"} for d in declared.values()
+        }
+        group = {name}
+        while True:
+            more = {n for names in mentioned if names & group for n in names}
+            more |= {n for d, names in carriers.items() if d in group or names & group for n in (d, *names)}
+            if more <= group:
+                break
+            group |= more
+        found = [axiom for axiom, names in zip(axioms, mentioned, strict=True) if names & group]
+        return [d for n, d in declared.items() if n in group], found
 
     def _solve(self, declared: Sequence[core.Declared], axioms: Sequence[Term]) -> dict[str, Any]:
         from cspm.oz.solving import Unknown, solver
 
+        given = {d.name: self._given[d.name] for d in declared if d.name in self._given}
         scope = Scope((d.name, "constant") for d in declared)
-        unknowns = [Unknown(d.name, "constant", d.carrier, d.span) for d in declared if d.name not in self._given]
+        unknowns = [Unknown(d.name, "constant", d.carrier, d.span) for d in declared if d.name not in given]
         solve = solver(self, scope, unknowns, axioms)
         solve.use_readings(self)
-        frame = scope.frame({(name, "constant"): value for name, value in self._given.items()})
+        frame = scope.frame({(name, "constant"): value for name, value in given.items()})
         slots = [scope.slot(d.name, "constant") for d in declared]
         found: list[tuple[Any, ...]] = []
 
@@ -216,7 +261,7 @@ class Evaluator:
         if term.role != "constant":
             raise KeyError(f"{show_term(term)} is not in scope")
         name = term.name
-        return lambda frame: self.constants[name]
+        return lambda frame: self._constant(name)
 
     def _compile(self, term: Term, scope: Scope) -> Code:
         match term:

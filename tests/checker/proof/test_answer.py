@@ -83,3 +83,19 @@ def test_no_time_is_unknown() -> None:
 
     assert outcome.verdict is Verdict.UNKNOWN
     assert outcome.reason == "`feasible` of `go`: the time limit was reached"
+
+
+def test_a_proof_depends_on_no_reading_and_no_view() -> None:
+    (outcome,) = outcomes(cell(effect="n' = n") + "reading nat = 0..1\nview control\nassert Cell :[obligations]\n")
+    assert (outcome.readings, outcome.control) == ((), False)
+
+
+@pytest.mark.parametrize("place", range(2, 9))
+def test_the_names_of_a_formula_are_none_of_the_specification(place: int) -> None:
+    """A set that several fields share is opened for each of them by itself, whatever its variable is called."""
+    sets = "".join(f"S{i} == {{x : real | -1 <= x <= 1}}\n" for i in range(1, place + 1))
+    schema = f"schema Speeds\n  a, b, c, d : S{place}\ninit\n  a = 0\nend\n"
+    text = "class C\n  chan c : [s? : Speeds]\n  main = c -> main\n  state\n    old : Speeds\n  init\n    old.INIT\n"
+    operation = "  op c\n    Delta(old)\n    s? : Speeds\n  where\n    old' = s?\nend\n"
+    (outcome,) = outcomes(sets + schema + text + operation + "assert C :[obligations]\n")
+    assert outcome.verdict is Verdict.PASS
