@@ -142,6 +142,16 @@ class Script:
                 expected = expected or expectations.get((span.line - 1, False))
             yield Assertion(node, print_assertion(node), span, expected)
 
+    @property
+    def evaluator(self) -> Evaluator:
+        """What evaluates the script."""
+        return self._evaluator
+
+    @property
+    def outermost(self) -> Frame:
+        """The frame of the script's top level."""
+        return self._top
+
     # --- what is written against the script -----------------------------------------------------------------
 
     def _tied(self, expression: syntax.Expr | str) -> tuple[syntax.Expr, Frame]:

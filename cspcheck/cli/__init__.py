@@ -20,6 +20,7 @@ VERBS = {
     "fmt": "Print scripts in the standard layout, or rewrite them.",
     "probe": "Step through a process, or through a counterexample.",
     "graph": "Draw a machine, an architecture or a counterexample.",
+    "cspm": "Write a script with classes as plain CSPm, for FDR.",
     "gen": "Generate a program of tasks and channels.",
     "trace": "Say whether a recorded run is a trace of a process.",
     "explain": "Say what an error code means, with an example and its repair.",

@@ -198,3 +198,35 @@ def name_taken(name: str, what: str, span: Span | None, other: Span | None) -> D
     """A name of the Object-Z part that CSPm declares too."""
     labels = () if other is None else (Label(other, "declared here too"),)
     return Diagnostic("CSP685", f"`{name}` is {what} and something else as well", span, labels=labels)
+
+
+@mistake(
+    "CSP686",
+    "a class that leaves its finite readings cannot be written as plain CSPm",
+    explanation="""
+`cspcheck cspm` writes the states of each class as processes. A state outside the finite readings has no such process,
+and leaving it out would make a script that lacks behaviour which the class has. Give a larger reading, or a class whose
+predicates keep it inside.
+""",
+    example="""
+reading nat = 0..3
+class C
+  chan tick
+  state n : nat
+  init n = 0
+  op com_tick Delta(n) where n' = n + 1
+end
+""",
+    repair="""
+reading nat = 0..3
+class C
+  chan tick
+  state n : nat
+  init n = 0
+  op com_tick Delta(n) where n < 3 and n' = n + 1
+end
+""",
+)
+def export_leaves(name: str, report: str, span: Span | None) -> Diagnostic:
+    """A class that is to be written as plain CSPm has states outside its readings."""
+    return Diagnostic("CSP686", f"class `{name}` cannot be written: {report}", span, help="give it a larger reading")

@@ -38,7 +38,7 @@ from cspm.syntax import Declaration, Expr, Name
 
 WIDE = "%"
 """Behind the name of a given set without a reading: the datatype that its elements would be of."""
-DONE = "done%"
+DONE = "(done)"
 """The private event by which the data part of a class agrees to terminate."""
 
 

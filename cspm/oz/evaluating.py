@@ -14,7 +14,7 @@ from cspm.evaluator.core import DELAYED, PROCESSES, VALUES, Evaluator, compiles
 from cspm.evaluator.frames import Frame
 from cspm.events import EventSet
 from cspm.failure import Failure
-from cspm.names_symbols import Symbol
+from cspm.names_symbols import Names, Symbol
 from cspm.oz import core
 from cspm.oz.alphabets import Alphabets
 from cspm.oz.carriers import Unbounded
@@ -193,12 +193,12 @@ def _class_process(evaluator: Evaluator, node: ClassProcess, frame: Frame) -> Ca
     mains = [evaluator.process(main, frame) for main in node.mains]
 
     def build(env: Env) -> Process:
-        return _Composition(evaluator, node, frame).process([main(env) for main in mains])
+        return Composition(evaluator, node, frame).process([main(env) for main in mains])
 
     return build
 
 
-class _Composition:
+class Composition:
     """Puts the process of a class together from its CSP parts and its data part."""
 
     def __init__(self, evaluator: Evaluator, node: ClassProcess, frame: Frame) -> None:
@@ -286,14 +286,19 @@ class _Composition:
 @compiles(PROCESSES, syntax.ClassParallel)
 def _class_parallel(evaluator: Evaluator, node: syntax.ClassParallel, frame: Frame) -> Callable[[Env], Process]:
     left, right = evaluator.process(node.left, frame), evaluator.process(node.right, frame)
-    alphabets = Alphabets(evaluator.names)
-    common = alphabets.of(node.left) & alphabets.of(node.right)
+    common = shared_channels(evaluator.names, node)
 
     def join(env: Env) -> Process:
         shared = EventSet([_range_of(_channel(frame, symbol)) for symbol in common])
         return process.Parallel(shared, (left(env), right(env)))
 
     return join
+
+
+def shared_channels(names: Names, node: syntax.ClassParallel) -> frozenset[Symbol]:
+    """The channels on which the operands of ``||`` meet."""
+    alphabets = Alphabets(names)
+    return alphabets.of(node.left) & alphabets.of(node.right)
 
 
 def _channel(frame: Frame, symbol: Symbol) -> ChannelHead:

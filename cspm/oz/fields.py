@@ -40,7 +40,7 @@ def occurrence(node: Prefix) -> _Occurrence | None:
         rest = rest.right
     parts.append(rest)
     first = parts[0]
-    if not isinstance(first, Name) or len(first.parts) != 1:
+    if not isinstance(first, Name):
         return None
     dotted = [Field(span=part.span, kind="!", expression=part) for part in parts[1:]]
     return _Occurrence(node, first, (*dotted, *node.fields))
@@ -158,9 +158,9 @@ def _outside(
         name: str | None = None
         if isinstance(node, Prefix):
             found = occurrence(node)
-            name = found.channel.text if found is not None and found.fields else None
+            name = found.channel.parts[-1] if found is not None and found.fields else None
         elif isinstance(node, syntax.Dot) and isinstance(node.left, Name):
-            name = node.left.text
+            name = node.left.parts[-1]  # of `C::put.1` as well
         if name is not None and name in channels:
             kept[name] |= set(range(len(channels[name][0].parameters)))
         stack.extend(getattr(node, f.name) for f in fields(node) if f.name != "span")

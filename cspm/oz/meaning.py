@@ -89,6 +89,8 @@ class DataPart:
         self._types = {variable.name: variable.type for variable in self.variables}
         self.done: int | None = None
         """The event by which the data part agrees to terminate, in every state; None if it never has to."""
+        self.visited: dict[State, None] = {}
+        """The states that have been looked at, in that order."""
         self._operations: list[_Operation] | None = None
 
     @property
@@ -150,6 +152,7 @@ class DataPart:
         Raises:
             Failure: an operation's predicate has no truth value, or an infinite set would have to be gone through.
         """
+        self.visited[state] = None
         branches: dict[int, Process] = {}
         operands: list[Process] = []
         for operation in self.operations:

@@ -1,0 +1,41 @@
+"""``cspcheck cspm FILE``: a script with classes as plain CSPm."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from cspcheck.cli import finish
+from cspcheck.cli.options import class_options, output_option, script_options
+
+
+@click.command(short_help="Write a script with classes as plain CSPm, for FDR.")
+@click.argument("file", metavar="FILE", type=click.Path(allow_dash=True))
+@output_option
+@script_options
+@class_options
+@click.option("--color", type=click.Choice(["auto", "always", "never"]), default="auto", help="Colour of errors.")
+def command(**options: Any) -> None:
+    """Write a script with classes as plain CSPm: every state of a class becomes a process.
+
+    The script that is written has the same verdicts, and the same states up to strong bisimulation.
+    """
+    from cspcheck.checking import Settings, load
+    from cspcheck.cli.streams import Remarks, output_to
+    from cspcheck.exporting import plain_text
+    from cspcheck.report.diagnostics import render_diagnostics
+    from cspcheck.report.style import style_for
+    from cspcheck.result import Exit
+    from cspm.diagnostics import ScriptError
+
+    settings = Settings(definitions=dict(options["definitions"]), view=options["view"], outputs=options["outputs"])
+    try:
+        text = plain_text(load(options["file"], settings))
+    except ScriptError as error:
+        remarks = Remarks()
+        remarks.write(render_diagnostics(error.diagnostics, style_for(remarks.stream, options["color"])))
+        finish(Exit.NOT_RUN)
+    with output_to(options["output"]) as output:
+        output.write(text)
+    finish(Exit.OK)

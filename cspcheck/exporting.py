@@ -1,0 +1,37 @@
+"""Scripts with classes as plain CSPm: the language writes them, the checker finds which states the classes have."""
+
+from __future__ import annotations
+
+import os
+
+from checker.horizon import left_in
+from checker.transitions import LimitReached, explore
+from checker.verdict import Limits
+from cspm.diagnostics import ScriptError
+from cspm.process import Process
+from cspm.script import Script
+
+MOST_STATES = 200_000
+"""A class with more states is no script that anyone would load."""
+
+
+def plain_text(script: Script) -> str:
+    """The script with every class written out; a script without classes as it is.
+
+    Raises:
+        ScriptError: a class has too many states, leaves its finite readings, or cannot be evaluated.
+    """
+    from cspm.oz.exporting import plain
+    from cspm.printer import print_script
+
+    if script.classes is None:
+        return print_script(script.tree)
+
+    def visit(process: Process) -> str | None:
+        try:
+            explored = explore(process, Limits(states=MOST_STATES))
+        except LimitReached as reached:
+            raise ScriptError(reached.diagnostic) from None
+        return next((left.report for term in explored.terms if (left := left_in(term)) is not None), None)
+
+    return plain(script, visit, title=os.path.basename(script.source.name))

@@ -1,0 +1,173 @@
+"""Classes written as plain CSPm: the same verdicts, and the same states up to strong bisimulation."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from checker.bisimulation import strong_bisimulation
+from checker.check import Checker
+from checker.transitions import explore
+from cspcheck.exporting import plain_text
+from cspm.diagnostics import ScriptError
+from cspm.script import Script, Semantics, load
+from cspm.source import Source
+
+PRODUCER = Path(__file__).parents[2] / "specs" / "producer_consumer" / "classes.csp"
+
+COUNTERS = """
+reading nat = 0..9
+class Counter
+  chan inc, dec
+  chan get : [v! : nat]
+  state n : nat
+  init n = 0
+  op com_inc Delta(n) where n < 3 and n' = n + 1
+  op com_dec Delta(n) where n > 0 and n' = n - 1
+  op com_get v! : nat where v! = n
+end
+class Small
+  inherit Counter
+  main = inc -> inc -> dec -> second
+  second = dec -> main
+end
+class Both
+  chan a : [x? : 0..2; y! : 0..3]
+  chan b
+  local_chan inner
+  state n : 0..3
+  init n <= 1
+  op com_a Delta(n) x? : 0..2; y! : 0..3 where y! <= x? and n' = x?
+  op enable_b where n > 0
+  op effect_b Delta(n) where n > 1 and n' = 0
+  op com_inner where n = 2
+end
+class Ends
+  chan c, d
+  main = c -> SKIP
+  state n : 0..3
+  init n = 0
+  op com_c Delta(n) where n' = n + 1
+  op com_d Delta(n) where n > 0 and n' = 0
+end
+class Free
+  chan inc
+end
+channel z
+Two = Counter || Small
+assert Counter :[deadlock free]
+assert Small :[deadlock free]
+assert Counter [T= Small
+-- expect: fail
+assert Small [T= Counter
+assert Two :[deadlock free]
+assert Both :[deadlock free [F]]
+-- expect: fail
+assert Both :[divergence free]
+assert Both :[has trace]: <a.2.1, b>
+assert Ends ; z -> STOP :[has trace]: <c, z>
+assert Ends ; z -> STOP :[has trace]: <c, d, z>
+"""
+
+VALUES = """
+STATUS ::= normal | alert<<0..1>>
+SPEED == {v : real | -1.0 <= v <= 1.0}
+reading SPEED = {-1.0, 0.5, 1.0}
+given M
+reading M = 2
+schema Data
+  vx, vy : SPEED
+end
+const limit : nat where limit = 2 end
+datatype Colour = red | green
+class C
+  chan status : [s! : STATUS]
+  chan data : [d? : Data]
+  chan table : [f! : 0..1 --> Colour]
+  method note : [m? : M]
+  state last : Data; level : 0..limit; notes : seq M
+  init last.vx = 1.0 and last.vy = -1.0 and level = 0 and notes = <>
+  op com_status Delta(level) s! : STATUS where
+    s! = (if level = limit then alert(1) else normal)
+    level' = (if level = limit then 0 else level + 1)
+  op com_data Delta(last) d? : Data where last' = d?
+  op com_table f! : 0..1 --> Colour where f! = {0 |-> green, 1 |-> red}
+  op com_note Delta(notes) m? : M where #notes < 2 and notes' = <m?> ^ notes
+end
+P = status?alert.n -> STOP [] status.normal -> P
+Joined = C [| {| status |} |] P
+assert C :[divergence free]
+assert Joined :[has trace]: <status.normal, status.normal, status.alert.1>
+assert C::visible :[has trace]: <C::note.M_1, C::note.M_2>
+assert card({| C::note, data |}) == 11
+"""
+
+
+def written(text: str, **semantics: str) -> tuple[Script, Script, str]:
+    """A script, the script that it becomes, and the text of that."""
+    chosen = Semantics(**semantics)  # type: ignore[arg-type]
+    plain = plain_text(load(Source("classes.csp", text), semantics=chosen))
+    return load(Source("classes.csp", text), semantics=chosen), load(Source("plain.csp", plain)), plain
+
+
+@pytest.mark.parametrize("view", ["data", "control"])
+@pytest.mark.parametrize(
+    "text", [COUNTERS, VALUES, PRODUCER.read_text(encoding="utf-8")], ids=["counters", "values", "pc"]
+)
+def test_verdicts_and_states_are_those_of_the_classes(text: str, view: str) -> None:
+    classes, plain, _ = written(text, view=view)
+
+    assert plain.classes is None
+    assert [a.expected for a in classes.assertions] == [a.expected for a in plain.assertions]
+    before, after = Checker(classes), Checker(plain)
+    for one, other in zip(classes.assertions, plain.assertions, strict=True):
+        assert before.check(one.node).verdict is after.check(other.node).verdict, one.text
+    assert classes.specification is not None
+    for name in classes.specification.classes:
+        for process in (name, f"{name}::visible"):
+            machine = strong_bisimulation(explore(classes.process(process)).lts)
+            copy = strong_bisimulation(explore(plain.process(process.replace("::", "_"))).lts)
+            assert (machine.states, len(machine.labels)) == (copy.states, len(copy.labels)), process
+
+
+def test_outputs_are_written_as_they_are_chosen() -> None:
+    text = "class Dice\n  chan roll : [v! : 1..3]\n  op com_roll v! : 1..3\nend\nFair = roll?v -> Fair\nassert Fair [FD= Dice\n"
+
+    for outputs, verdict in (("demonic", "fail"), ("angelic", "pass")):
+        _, plain, _ = written(text, outputs=outputs)
+        assert Checker(plain).check(plain.assertions[0].node).verdict == verdict
+
+
+def test_the_script_says_where_it_comes_from() -> None:
+    _, _, plain = written(COUNTERS)
+
+    head, *rest = plain.splitlines()
+    assert head == "-- classes.csp as plain CSPm, written by `cspcheck cspm`."
+    assert rest[0] == "-- Finite readings: nat = 0..9."
+    assert "-- Counter(n = 2)" in rest
+    assert "Counter_2 = (inc -> Counter_3) [] (dec -> Counter_1) [] (get.2 -> Counter_2)" in rest
+
+
+def test_a_class_that_leaves_its_readings_is_not_written() -> None:
+    text = COUNTERS.replace("n < 3 and ", "")
+
+    with pytest.raises(ScriptError) as error:
+        written(text)
+
+    assert error.value.diagnostics[0].code == "CSP686"
+    assert "leads to n' = 10, outside the reading `nat = 0..9`" in error.value.diagnostics[0].message
+
+
+def test_what_the_equations_prevent_from_leaving_is_written() -> None:
+    text = (
+        COUNTERS.replace("n < 3 and ", "").replace("class Counter", "class Up").replace("inherit Counter", "inherit Up")
+    )
+    small = text.replace("  op com_get", "  main = inc -> dec -> main\n  op com_get", 1).replace(
+        "main = inc -> inc -> dec -> second\n  second = dec -> main", ""
+    )
+    only = "\n".join(line for line in small.splitlines() if not line.startswith(("assert", "Two")))
+
+    classes, plain, _ = written(only)
+
+    assert explore(classes.process("Up")).lts.states == explore(plain.process("Up")).lts.states == 2
