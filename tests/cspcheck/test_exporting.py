@@ -132,7 +132,8 @@ def test_verdicts_and_states_are_those_of_the_classes(text: str, view: str) -> N
 
 
 def test_outputs_are_written_as_they_are_chosen() -> None:
-    text = "class Dice\n  chan roll : [v! : 1..3]\n  op com_roll v! : 1..3\nend\nFair = roll?v -> Fair\nassert Fair [FD= Dice\n"
+    dice = "class Dice\n  chan roll : [v! : 1..3]\n  op com_roll v! : 1..3\nend\n"
+    text = dice + "Fair = roll?v -> Fair\nassert Fair [FD= Dice\n"
 
     for outputs, verdict in (("demonic", "fail"), ("angelic", "pass")):
         _, plain, _ = written(text, outputs=outputs)
@@ -171,3 +172,20 @@ def test_what_the_equations_prevent_from_leaving_is_written() -> None:
     classes, plain, _ = written(only)
 
     assert explore(classes.process("Up")).lts.states == explore(plain.process("Up")).lts.states == 2
+
+
+def test_the_verb_writes_the_script_or_says_what_is_wrong(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    from cspcheck.cli import front_door
+
+    script, target = tmp_path / "c.csp", tmp_path / "plain.csp"
+    script.write_text(COUNTERS)
+    with pytest.raises(SystemExit) as ended:
+        front_door.main(["cspm", str(script), "-o", str(target)], standalone_mode=False)
+    assert ended.value.code == 0
+    assert target.read_text() == plain_text(load(script))
+
+    script.write_text(COUNTERS.replace("n < 3 and ", ""))
+    with pytest.raises(SystemExit) as ended:
+        front_door.main(["cspm", str(script)], standalone_mode=False)
+    assert ended.value.code == 2
+    assert "error[CSP686]" in capsys.readouterr().err
