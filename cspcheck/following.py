@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 from checker.transitions import Semantics
 from cspm.diagnostics import ScriptError
-from cspm.events import TAU, TICK, EventSet
-from cspm.process import Hide, Process, Reference
+from cspm.events import TAU, TICK, EventSet, EventTable
+from cspm.process import Hide, Parallel, Process, Reference
 from cspm.process_text import describe
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ class Follower:
         self._events: dict[str, int | None] = {"tick": TICK}
         self._hidden_events: EventSet | None = None
         if hidden:
-            process, self._hidden_events = shown(process)
+            process, self._hidden_events = shown(process, script.events)
         self._now = self._start = self._number([process])
         self._recent: list[str] = []
 
@@ -200,20 +200,35 @@ class Follower:
         return Departure(self.followed, event, why, self.allowed(), tuple(self._recent[-6:]), tuple(sorted(states)))
 
 
-def shown(process: Process) -> tuple[Process, EventSet]:
+def shown(process: Process, table: EventTable) -> tuple[Process, EventSet]:
     """A process without its outermost hiding, and the events that this hides."""
     events = EventSet()
     while True:
         if isinstance(process, Reference):
             body = process.body()
-            if not isinstance(body, Hide):
+            if not isinstance(body, (Hide, Parallel)):
                 return process, events
             process = body
         elif isinstance(process, Hide):
             events = events | process.events
             process = process.process
+        elif isinstance(process, Parallel):
+            parts = [_shown_part(operand, table) for operand in process.operands]
+            for _, own in parts:
+                events = events | own
+            return Parallel(process.events, tuple(part for part, _ in parts)), events
         else:
             return process, events
+
+
+def _shown_part(process: Process, table: EventTable) -> tuple[Process, EventSet]:
+    """An operand of a parallel without its outermost hiding, if that hides only what is a class's own.
+
+    Nobody else takes part in these events, so it makes no difference where they are hidden.
+    """
+    shown_one, events = shown(process, table)
+    own = all("::" in table.name(event) for event in events)
+    return (shown_one, events) if own else (process, EventSet())
 
 
 def at(departure: Departure, position: int) -> Departure:

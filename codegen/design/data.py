@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
+from fractions import Fraction
 from typing import Any
 
 from codegen import messages
@@ -12,6 +13,7 @@ from cspm.diagnostics import ScriptError
 from cspm.dots import Constructor, Dotted, Event
 from cspm.events import FieldDomain
 from cspm.names_symbols import Symbol, SymbolKind
+from cspm.oz import core
 from cspm.script import Script
 from cspm.sets import Set
 from cspm.source import Span
@@ -35,6 +37,8 @@ class Data:
         """Names of the runtime that the definitions use."""
         self.enums: set[str] = set()
         self._types: dict[Hashable, str] = {}
+        self._defined: dict[tuple[str, str], str] = {}
+        self._oz_constants: dict[tuple[str, str], str] = {}
         self._constants: dict[Symbol, str] = {}
         self._classes: dict[str, tuple[str, bool]] = {}
 
@@ -121,13 +125,74 @@ class Data:
         if known is not None:
             return known
         if name is not None:
-            constant = unique(upper(name), self.taken)
-            self.taken.add(constant)
-            text = self._type(values, name, where)
-            self.definitions.append(f"{constant}: Final = {text}")
-            self._types[key] = constant
+            constant = self._types[key] = self._define(name, self._type(values, name, where))
             return constant
         return self._type(values, None, where)
+
+    def _define(self, name: str, text: str) -> str:
+        """The constant for a type of this name; one for the same name and text."""
+        known = self._defined.get((name, text))
+        if known is None:
+            constant = upper(name)
+            known = unique(f"{constant}_TYPE" if constant in self.enums else constant, self.taken)
+            self._defined[name, text] = known
+            self.taken.add(known)
+            self.definitions.append(f"{known}: Final = {text}")
+        return known
+
+    # --- what classes need -----------------------------------------------------------------------------------
+
+    def named_type(self, name: str, text: str) -> str:
+        """The constant for a type that the script gives a name."""
+        return self._define(name, text)
+
+    def datatype(self, name: str, span: Span | None) -> str:
+        """The type of all values of a given or free type.
+
+        Raises:
+            ScriptError: they cannot be listed: a given type without a finite reading.
+        """
+        if name not in self.script.names.top_level or not self.value_of(name).is_finite():
+            what = f"the given type `{name}` without a finite reading"
+            raise ScriptError(messages.not_generated(what, span, f"say how many there are: `reading {name} = 3`"))
+        return self.set_type(tuple(self.value_of(name).elements()), name, f"`{name}`")
+
+    def datatype_annotation(self, name: str) -> str:
+        """What an annotation says of a given or free type."""
+        symbol = self.script.names.top_level.get(name)
+        constructors: Any = getattr(symbol.declaration if symbol else None, "constructors", ())
+        if not constructors:
+            return "Any"
+        class_name, is_enum = self._class(constructors[0].name)
+        return class_name if is_enum else "Tagged"
+
+    def construct(self, constructor: str, argument: str | None, span: Span | None) -> str:
+        """A constructor of a free type with its argument, which is an expression already."""
+        symbol = self.script.names.top_level.get(constructor)
+        if symbol is None or span is None:
+            raise ScriptError(messages.no_value(constructor, "a predicate", span))
+        return self.constructor(symbol, [] if argument is None else [argument], span)
+
+    def everything(self, type_: core.Type) -> str | None:
+        """The set of all values of a type, as an expression."""
+        if isinstance(type_, core.BoolType):
+            return "frozenset({False, True})"
+        if isinstance(type_, (core.GivenType, core.FreeType)):
+            return f"{self.datatype(type_.name, None)}.all()"
+        return None
+
+    def oz_constant(self, owner: str, name: str, span: Span | None) -> str:
+        """The constant for a constant of a class, or of the specification."""
+        key = (owner, name)
+        known = self._oz_constants.get(key)
+        if known is None:
+            assert self.script.classes is not None
+            value = self.script.classes.context.evaluator(owner).constants[name]
+            if not isinstance(value, (bool, int, Fraction)):
+                raise ScriptError(messages.no_value(str(value), f"the constant `{name}`", span))
+            text = repr(float(value)) if isinstance(value, Fraction) else repr(value)
+            known = self._oz_constants[key] = self._define(name, text)
+        return known
 
     def _type(self, values: Sequence[Any], name: str | None, where: str) -> str:
         called = "" if name is None else f', "{name}"'

@@ -188,8 +188,9 @@ class _Part:
 class Composition:
     """Takes a composition apart. Use :func:`network`."""
 
-    def __init__(self, table: EventTable) -> None:
+    def __init__(self, table: EventTable, classes: Callable[[str], Iterable[str] | None]) -> None:
         self.table = table
+        self._classes = classes
         self.leaves: list[Leaf] = []
         self.wires: list[Wire] = []
         self._alphabets = Alphabets(table)
@@ -210,7 +211,8 @@ class Composition:
         match term:
             case Reference():
                 body = term.body()
-                return self.part(body) if isinstance(body, _COMPOSED) else self._leaf(term)
+                composed = isinstance(body, _COMPOSED) and not term.text.endswith("::visible")
+                return self.part(body) if composed else self._leaf(term)
             case Compressed():
                 return self.part(term.process)
             case Parallel():
@@ -230,17 +232,32 @@ class Composition:
         raise ScriptError(messages.unnamed_task(describe(term, self.table), None))
 
     def _leaf(self, reference: Reference) -> _Part:
-        text = reference.text
+        channels_of_class = self._classes(reference.text)
+        text = reference.text.removesuffix("::visible") if channels_of_class is not None else reference.text
         count = self._names[text] = self._names.get(text, 0) + 1
         name = text if count == 1 else f"{text}#{count}"
         events = self._known.get(reference)
         if events is None:
-            events = self._known[reference] = self._alphabets.of(reference, text)
+            if channels_of_class is None:
+                events = self._alphabets.of(reference, text)
+            else:
+                events = self._of_channels(channels_of_class, reference)
+            self._known[reference] = events
         number = len(self.leaves)
         self.leaves.append(Leaf(reference, name, events))
         channels = {channel for channel in self.table.channels if self._overlaps(events, channel)}
         pieces: Pieces = [(events, frozenset([frozenset([number])]))] if events else []
         return _Part([number], pieces, {(number, channel.name): channel for channel in channels})
+
+    def _of_channels(self, names: Iterable[str], reference: Reference) -> EventSet:
+        events = EventSet()
+        for name in names:
+            if name not in self._whole:
+                what = f"the channel `{name}`, which has infinitely many events"
+                help = "give the types of its fields finite readings: `reading nat = 0..3`"
+                raise ScriptError(messages.not_generated(what, reference.span, help))
+            events = events | self._whole[name]
+        return events
 
     def _overlaps(self, events: EventSet, channel: Channel) -> bool:
         return not events.isdisjoint(self._whole.get(channel.name, EventSet()))
@@ -442,11 +459,18 @@ def _outside(pieces: Pieces, events: EventSet) -> Pieces:
     return [(piece - events, groups) for piece, groups in pieces if piece - events]
 
 
-def network(term: Process, table: EventTable) -> Network:
+def network(
+    term: Process, table: EventTable, classes: Callable[[str], Iterable[str] | None] = lambda text: None
+) -> Network:
     """The tasks and channels of a composition.
+
+    Args:
+        term: the composition.
+        table: the events of the script.
+        classes: the channels of a class by what its process is called; None for what is no class.
 
     Raises:
         ScriptError: it is no composition of named sequential processes.
     """
-    composition = Composition(table)
+    composition = Composition(table, classes)
     return composition.finish(composition.part(term))

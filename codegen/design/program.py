@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from codegen import messages
+from codegen.design.class_tasks import ClassProcesses, main_of, operation_arguments
+from codegen.design.classes import ClassDesign, Classes, OperationDesign
 from codegen.design.data import Data
 from codegen.design.expressions import Expressions
 from codegen.design.naming import camel, snake, unique
@@ -16,6 +18,8 @@ from codegen.design.timing import Timing, timings
 from cspm import syntax, types
 from cspm.diagnostics import ScriptError
 from cspm.names_symbols import Symbol, SymbolKind
+from cspm.oz import core
+from cspm.oz.nodes import CarrierSet
 from cspm.process import Reference
 from cspm.script import Script
 
@@ -68,6 +72,17 @@ class TaskDesign:
     instances: list[Instance] = field(default_factory=list)
     from_data: set[str] = field(default_factory=set)
     functions: set[str] = field(default_factory=set)
+    of_class: ClassPart | None = None
+
+
+@dataclass(frozen=True)
+class ClassPart:
+    """What the task of a class has beside that of a process: its data, and an operation for each channel."""
+
+    data_class: str
+    design: ClassDesign
+    operations: tuple[tuple[str, str], ...]
+    """Attributes of the task with the arguments of their ``Operation``."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +93,9 @@ class MethodDesign:
     channel: str
     parameters: tuple[tuple[str, str], ...]
     returns: tuple[tuple[str, str], ...]
-    """Type constants with annotations of what it gives."""
+    """Type constants (or names of variables) with annotations of what it gives."""
+    about: str | None = None
+    """What there is to be said of it, beside its name."""
 
     @property
     def annotation(self) -> str:
@@ -136,7 +153,7 @@ def candidates(script: Script) -> list[str]:
         body = declaration.body
         while isinstance(body, (syntax.Paren, syntax.Hide, syntax.Rename)):
             body = body.inner if isinstance(body, syntax.Paren) else body.process
-        parallel = (syntax.Synchronised, syntax.AlphabetisedParallel, syntax.LinkedParallel)
+        parallel = (syntax.Synchronised, syntax.AlphabetisedParallel, syntax.LinkedParallel, syntax.ClassParallel)
         if (
             isinstance(body, parallel)
             or (isinstance(body, syntax.ProcessBinary) and body.operator == "|||")
@@ -174,10 +191,11 @@ class _Designer:
         self._function_texts: list[str] = []
         self._function_expressions = Expressions(script, self.data, self._function, "")
         self._pending: list[Symbol] = []
+        self.classes = None if script.specification is None else Classes(script, self.data)
 
     def design(self) -> Design:
         term = self.script.process(self.process)
-        found = network(term, self.script.events)
+        found = network(term, self.script.events, self._class_channels)
         names = [leaf.name for leaf in found.leaves]
         channels = [self._channel(wire, names) for wire in found.wires]
         groups: dict[Symbol, list[int]] = {}
@@ -188,7 +206,12 @@ class _Designer:
         tasks: list[TaskDesign] = []
         variables: set[str] = set()
         for symbol, numbers in groups.items():
-            task = self._task(symbol, numbers, found, settings.get(symbol.name, Timing()), {t.module for t in tasks})
+            timing, modules = settings.get(symbol.name, Timing()), {t.module for t in tasks}
+            model = self.classes.find(symbol.name) if self.classes is not None else None
+            if model is not None:
+                task = self._class_task(symbol, model, numbers, found, timing, modules)
+            else:
+                task = self._task(symbol, numbers, found, timing, modules)
             for number in numbers:
                 leaf = found.leaves[number]
                 variable = unique(snake(leaf.name.replace("#", "_").strip(")").replace("(", "_")), variables)
@@ -217,12 +240,13 @@ class _Designer:
     # --- channels --------------------------------------------------------------------------------------------
 
     def _channel(self, wire: Wire, names: list[str]) -> ChannelDesign:
-        constant = unique(snake(wire.name), set(self.constants.values()))
-        self.constants[id(wire)] = constant
         channel = wire.channel
         written = self._field_names(channel.name)
         if len(written) != channel.arity:
             written = [None] * channel.arity
+        constant_name = wire.name.rpartition("::")[2]
+        constant = unique(snake(constant_name), set(self.constants.values()))
+        self.constants[id(wire)] = constant
         field_types = [
             self.data.field_type(domain, name, f"the fields of `{channel.name}`")
             for domain, name in zip(channel.domains, written, strict=True)
@@ -253,7 +277,9 @@ class _Designer:
 
     def _field_names(self, channel: str) -> list[str | None]:
         """How the declaration of a channel calls the types of its fields."""
-        symbol = self.script.names.top_level.get(channel)
+        owner, _, own = channel.rpartition("::")
+        scope = self.script.names.top_level if not owner else self.script.names.top_level[f"{owner}%"].members
+        symbol = scope.get(own)
         declaration = symbol.declaration if symbol is not None else None
         node = declaration.fields if isinstance(declaration, syntax.ChannelDeclaration) else None
         found: list[str | None] = []
@@ -262,6 +288,9 @@ class _Designer:
             node = node.right if isinstance(node, syntax.Dot) else None
             while isinstance(left, syntax.Paren):
                 left = left.inner
+            if self.classes is not None and isinstance(left, CarrierSet):
+                found.append(self.classes.name_of(left.carriers[0]))
+                continue
             is_name = isinstance(left, syntax.Name) and left.text not in ("Int", "Bool", "Char")
             found.append(left.text if isinstance(left, syntax.Name) and is_name else None)
         return found
@@ -277,7 +306,7 @@ class _Designer:
         """The definition that a leaf runs, with its arguments."""
         reference: Reference = leaf.reference
         key: Any = reference.key
-        name = reference.text.partition("(")[0]
+        name = reference.text.partition("(")[0].removesuffix("::visible")
         symbol = self.script.names.top_level.get(name)
         if (
             symbol is None
@@ -332,6 +361,86 @@ class _Designer:
             {channel: (attribute, self._usual(channel)) for channel, attribute in processes.ports.items()},
             timing,
             from_data=expressions.from_data,
+        )
+
+    def _class_channels(self, text: str) -> list[str] | None:
+        """The channels of the class whose process is called so."""
+        model = None if self.classes is None else self.classes.find(text)
+        if model is None:
+            return None
+        return [c.name if c.kind == "chan" else f"{model.name}::{c.name}" for c in model.channels.values()]
+
+    def _class_task(
+        self,
+        symbol: Symbol,
+        model: core.ClassModel,
+        numbers: list[int],
+        found: Network,
+        timing: Timing,
+        modules: set[str],
+    ) -> TaskDesign:
+        assert self.classes is not None
+        made = self.classes.design(model)
+        declared = {channel.name: channel for channel in self.script.events.channels}
+        expressions = Expressions(self.script, self.data, self._function)
+        at = timing.at
+        if at is not None and at in model.channels and model.channels[at].kind != "chan":
+            at = f"{model.name}::{at}"
+
+        def uses(channel: str) -> Use:
+            return Use(declared[channel].arity, False, at == channel)
+
+        processes = ClassProcesses(
+            expressions, uses, self.internal_choice, {o.channel: o.attribute for o in made.operations}, model.name
+        )
+        main = main_of(self.script, model)
+        unused = [o for o in made.operations if o.method is not None]
+        if main is None:
+            loop: State | None = processes.any_operation([o.attribute for o in unused])
+            start = ""
+        else:
+            processes.owner = main.owner
+            loop, start = self._translate(processes, main)
+            unused = [o for o in unused if o.channel not in processes.used]
+        if main is not None and unused:
+            what = f"the operation `{unused[0].channel}`, which `main` does not mention: it can happen at any time"
+            raise ScriptError(messages.not_generated(what, model.span, "let `main` say when it can happen"))
+        methods = [m for o in made.operations if (m := self._class_method(model, o)) is not None]
+        names = {m.channel: m.name for m in methods}
+        operations = tuple((o.attribute, operation_arguments(o, names.get(o.channel))) for o in made.operations)
+        leaf = found.leaves[numbers[0]]
+        ports = {o.channel: (o.attribute, self._usual_of(leaf, o.channel)) for o in made.operations}
+        module = snake(symbol.name).rstrip("_")
+        module = unique(f"{module}_process" if module in RESERVED_MODULES else module, modules)
+        text = model.span.text
+        return TaskDesign(
+            symbol.name,
+            module,
+            f"{camel(symbol.name)}Task",
+            text,
+            [],
+            loop,
+            list(processes.states.values()),
+            start,
+            methods,
+            ports,
+            timing,
+            from_data=expressions.from_data,
+            of_class=ClassPart(f"{camel(symbol.name)}Data", made, operations),
+        )
+
+    def _usual_of(self, leaf: Leaf, channel: str) -> str | None:
+        wire = leaf.ports.get(channel)
+        return None if wire is None else self.constants[id(wire)]
+
+    def _class_method(self, model: core.ClassModel, operation: OperationDesign) -> MethodDesign | None:
+        """What is to be written for an operation: for a method of the class, and for what a predicate leaves open."""
+        if not operation.own and not operation.gives:
+            return None
+        data = (("data", f"{camel(model.name)}Data"),)
+        about = f"`{operation.text}`" if operation.text else None
+        return MethodDesign(
+            operation.attribute, operation.channel, (*data, *operation.parameters), operation.gives, about
         )
 
     def _parameters(self, processes: Processes, symbol: Symbol) -> list[tuple[str, str]]:

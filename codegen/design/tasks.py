@@ -128,10 +128,18 @@ class Processes:
     ) -> None:
         self.expressions = expressions
         self.names = expressions.names
+        self.reserved: set[str] = set(RESERVED)
+        """Names that states cannot have."""
+        self.owner: Symbol | None = None
+        """The module in which the definitions stand: None for the script itself."""
         self.states: dict[Symbol, State] = {}
         self.methods: dict[str, Method] = {}
         self.ports: dict[str, str] = {}
         """The attribute of the task for each channel that it uses."""
+        self.bare_means_any = False
+        """Whether a channel alone stands for all of its events."""
+        self.perform, self.select = "perform", "select"
+        """The methods of the task that wait for one event, and for one of several."""
         self._uses = uses
         self._internal_choice = internal_choice
         self._plain = plain
@@ -168,7 +176,7 @@ class Processes:
 
     def _refer(self, symbol: Symbol) -> str:
         if symbol not in self._state_names:
-            taken = {*self._state_names.values(), *RESERVED, *self.ports.values()}
+            taken = {*self._state_names.values(), *self.reserved, *self.ports.values()}
             self._state_names[symbol] = unique(snake(symbol.name), taken)
             self._todo.append(symbol)
         return self._state_names[symbol]
@@ -361,7 +369,7 @@ class Processes:
         if isinstance(function, syntax.Name):
             symbol = self.names.symbol(function)
             known = symbol.kind in (SymbolKind.VALUE, SymbolKind.FUNCTION) and not symbol.is_local
-            if (known and symbol.owner is None) or symbol.kind is SymbolKind.BUILTIN:
+            if (known and symbol.owner is self.owner) or symbol.kind is SymbolKind.BUILTIN:
                 return symbol, node.arguments if isinstance(node, syntax.Apply) else ()
         why = f"`{' '.join(node.span.text.split())}`, which is no process defined at the top of the script"
         raise self.expressions.refused(node, why)
@@ -484,7 +492,7 @@ class Processes:
         events = [self._event(branch) for branch in branches]
         if len(events) == 1 and branches[0].guard is None:
             event = events[0]
-            out.add(f"{event.assignment()}await self.perform({event.offer})")
+            out.add(f"{event.assignment()}await self.{self.perform}({event.offer})")
             self._after(branches[0], event, tail)
             return
         guarded = [
@@ -497,7 +505,7 @@ class Processes:
             for branch, event in zip(branches, events, strict=True)
         ]
         needed = any(body != bodies[0] for body in bodies) or any(f"{name}.values" in line for line in bodies[0])
-        head = f"{name} = await self.select(" if needed else "await self.select("
+        head = f"{name} = await self.{self.select}(" if needed else f"await self.{self.select}("
         line = f"{head}{', '.join(guarded)})"
         if len(line) + 4 * self._out.depth <= WIDTH:
             out.add(line)
@@ -558,7 +566,7 @@ class Processes:
         head = _bare(head)
         if not isinstance(head, syntax.Name) or self.names.symbol(head).kind is not SymbolKind.CHANNEL:
             raise self.expressions.refused(head, f"`{head.span.text}`, which is no channel by its name")
-        channel = self.names.symbol(head).name
+        channel = self.channel_name(self.names.symbol(head))
         use = self._uses(channel)
         fields: list[str] = []
         targets: list[str] = []
@@ -582,11 +590,17 @@ class Processes:
                 else:
                     assert one.pattern is not None
                     self._input(one.pattern, one.restriction, fields, targets, bind)
+        if not fields and self.bare_means_any:
+            fields, targets = ["ANY"] * use.arity, ["_"] * use.arity
         if len(fields) != use.arity:
             what = " ".join(prefix.channel.span.text.split())
             why = f"`{what}...`, whose channel has {use.arity} fields and is given {len(fields)}"
             raise self.expressions.refused(prefix.channel, why)
         return Event(self._offer(channel, use, fields), targets, inner.names, use.timed)
+
+    def channel_name(self, symbol: Symbol) -> str:
+        """How the events of a channel are called."""
+        return symbol.name
 
     def _output(
         self,

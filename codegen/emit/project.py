@@ -87,7 +87,7 @@ class _Writer:
 
     def _data_types(self) -> str:
         data = self.design.data
-        definitions = [f"\n\n{text}\n" if text.startswith("class ") else wrapped(text) for text in data.definitions]
+        definitions = [f"\n\n{text}\n\n" if text.startswith("class ") else wrapped(text) for text in data.definitions]
         text = "\n".join(data.definitions)
         return self._render(
             "data_types.py.j2",
@@ -125,7 +125,13 @@ class _Writer:
         annotations += [note for _, note in task.parameters]
         annotations += [note for m in task.methods for note in (m.annotation, *[n for _, n in m.parameters])]
         text = "\n".join([*lines, *annotations])
-        names = [*used(text, runtime.__all__), "Task", "Channel"]
+        part = task.of_class
+        if part is not None:
+            text = "\n".join([text, *part.design.lines, *[f"{t} {n}" for _, t, n in part.design.variables]])
+        names = [*used(text, runtime.__all__), "Task" if part is None else "ClassTask", "Channel"]
+        if part is not None:
+            names += ["Data", "DataType", "Operation", "Outcome", "Outcomes"]
+            names = [name for name in names if name not in ("Outcome", "Outcomes") or name in text]
         if task.states:
             names.append("Next")
         if any(method.returns for method in task.methods):
@@ -147,7 +153,8 @@ class _Writer:
             runtime=sorted(set(names) - ({"Channel"} if not task.ports else set()), key=_order),
             data=used(text, self._constants()),
             functions=bool(re.search(r"\bfunctions\.", text)),
-            uses_any=bool(used(text, ["Any"])),
+            typing=[*(["Any"] if used(text, ["Any"]) else []), *(["ClassVar"] if part is not None else [])],
+            part=part,
             timing=settings,
             what="For ever." if task.loop else f"As the states have it, from `{task.start}` on.",
             docstring=_docstring,
@@ -159,10 +166,11 @@ class _Writer:
             "methods.py.j2",
             task=task,
             methods_class=_methods_class(task),
+            imported=sorted([*([task.of_class.data_class] if task.of_class else []), _methods_class(task)]),
             method_text=_method_text,
             runtime=used(notes, ["Tagged"]),
             data=used(notes, self._constants()),
-            wanted=lambda method: " and ".join(f"a value of {_plain(text)}" for text, _ in method.returns),
+            wanted=lambda method: _wanted(method, task.of_class is not None),
             call=lambda method: f"{method.name}({', '.join(name for name, _ in method.parameters)})",
         )
 
@@ -241,7 +249,17 @@ def _methods_class(task: TaskDesign) -> str:
     return f"{camel(task.definition)}Methods"
 
 
+def _wanted(method: MethodDesign, of_class: bool) -> str:
+    if of_class:
+        return " and ".join(f"`{name}`" for name, _ in method.returns) + " afterwards"
+    return " and ".join(f"a value of {_plain(text)}" for text, _ in method.returns)
+
+
 def _method_text(method: MethodDesign) -> str:
+    if method.about is not None or (method.parameters and method.parameters[0][0] == "data"):
+        what = f": {method.about}" if method.about else ""
+        gives = f"; gives {', '.join(f'`{name}`' for name, _ in method.returns)} afterwards" if method.returns else ""
+        return f"`{method.channel}`{what}{gives}."
     fields = "".join(f", with `{name}`" for name, _ in method.parameters)
     gives = "; gives " + " and ".join(f"a value of {_plain(t)}" for t, _ in method.returns) if method.returns else ""
     return f"`{method.channel}`{fields}{gives}."

@@ -33,6 +33,7 @@ from codegen.runtime.data import (
     Tuples,
     Variables,
 )
+from codegen.runtime.operation import CannotList, ClassTask, Data, Operation, Outcome, Outcomes
 from codegen.runtime.program import Program, Runner, Summary
 from codegen.runtime.recorder import JsonLines, Memory, Record, Recorder, Several
 from codegen.runtime.task import Next, Stopped, Task, go
@@ -43,10 +44,13 @@ __all__ = [
     "BOOLEANS",
     "UNDECIDED",
     "Anything",
+    "CannotList",
     "Channel",
     "Choice",
+    "ClassTask",
     "Clock",
     "Constructed",
+    "Data",
     "DataType",
     "Deadlock",
     "Fair",
@@ -59,7 +63,10 @@ __all__ = [
     "Next",
     "NobodyDecides",
     "Offer",
+    "Operation",
     "OutOfRange",
+    "Outcome",
+    "Outcomes",
     "Policy",
     "Program",
     "Randomly",

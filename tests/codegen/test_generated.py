@@ -155,6 +155,7 @@ def test_the_process_that_is_meant_is_found() -> None:
 
     assert found("rov/rov.csp") == ["ROV_Control_Module"]
     assert found("producer_consumer/producer_consumer.csp") == ["SYSTEM"]
+    assert found("producer_consumer/classes.csp") == ["SYSTEM"]
     assert found("classics/buffer_chain.csp") == ["Chain", "Overtaking"]
 
 

@@ -1,0 +1,97 @@
+"""What the task of a class does: its ``main``, in which an event is an operation on the data."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from codegen import messages
+from codegen.design.classes import OperationDesign
+from codegen.design.expressions import Expressions
+from codegen.design.tasks import InternalChoice, Processes, State, Use
+from cspm.diagnostics import ScriptError
+from cspm.names_symbols import Symbol
+from cspm.oz import core
+from cspm.script import Script
+
+
+class ClassProcesses(Processes):
+    """Translates the equations of a class.
+
+    Args:
+        expressions, uses, internal_choice: as for any task.
+        operations: the attribute of the operation for each channel.
+        owner: the name of the class.
+    """
+
+    def __init__(
+        self,
+        expressions: Expressions,
+        uses: Callable[[str], Use],
+        internal_choice: InternalChoice,
+        operations: Mapping[str, str],
+        owner: str,
+    ) -> None:
+        super().__init__(expressions, uses, internal_choice, set())
+        self.perform, self.select = "do", "act"
+        self.bare_means_any = True
+        self.reserved |= {*operations.values(), "act", "begin_data", "change", "data", "do"}
+        self.used: set[str] = set()
+        self._operations = operations
+        self._class = owner
+
+    def channel_name(self, symbol: Symbol) -> str:
+        """How the events of a channel are called: those of the class's own with its name in front."""
+        return symbol.name if symbol.owner is None else f"{self._class}::{symbol.name}"
+
+    def _offer(self, channel: str, use: Use, fields: list[str]) -> str:
+        self.used.add(channel)
+        attribute = self._operations[channel]
+        if use.timed:
+            return f"self.{attribute}.on({', '.join([*fields, 'after=self.release'])})"
+        if all(f == "ANY" for f in fields):
+            return f"self.{attribute}"
+        return f"self.{attribute}.on({', '.join(fields)})"
+
+    def any_operation(self, attributes: Sequence[str]) -> State:
+        """A loop that always offers all operations: what a class without ``main`` does."""
+        if not attributes:
+            lines = ["await self.stop()"]
+        elif len(attributes) == 1:
+            lines = [f"await self.do(self.{attributes[0]})"]
+        else:
+            lines = [f"await self.act({', '.join(f'self.{attribute}' for attribute in attributes)})"]
+        return State("main", [], "", lines)
+
+
+def main_of(script: Script, model: core.ClassModel) -> Symbol | None:
+    """The definition of ``main`` of a class; None if it has none.
+
+    Raises:
+        ScriptError: it has several, of its own and of its parents.
+    """
+    parts = [part for part in model.processes if part.equations]
+    if not parts:
+        return None
+    if len(parts) > 1 or parts[0].owner != model.name:
+        what = f"the class `{model.name}`, whose process is composed of those of its parents"
+        raise ScriptError(messages.not_generated(what, model.span, "write its `main` out"))
+    return script.names.top_level[f"{model.name}%"].members.get("main")
+
+
+def operation_arguments(operation: OperationDesign, method: str | None) -> str:
+    """The arguments of an ``Operation``, without its channel."""
+    parts: list[str] = []
+    if operation.kinds or operation.method is not None:
+        parts.append(f'"{operation.kinds}"')
+    if operation.method is not None:
+        parts.append(f"data.{operation.method}")
+    if operation.guard is not None:
+        parts.append(f"guard=data.{operation.guard}")
+    if method is not None:
+        parts.append(f"body=methods.{method}")
+    if operation.gives:
+        names = [f'"{name}"' for name, _ in operation.gives]
+        parts.append(f"gives=({', '.join(names)}{',' if len(names) == 1 else ''})")
+    if operation.post is not None:
+        parts.append(f"post=data.{operation.post}")
+    return "".join(f", {part}" for part in parts)
