@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from cspm.script import Assertion, Script
 
 STDIN_NAME = "<stdin>"
-_NOT_SCRIPTS = (".tex", ".pdf", ".json", ".xml", ".md", ".py")
+_NOT_SCRIPTS = (".pdf", ".json", ".xml", ".md", ".py")
 MEMORY_SHARE = 0.8
 """The part of the machine's memory that the engine may use when nothing else is said."""
 

@@ -144,8 +144,9 @@ def would_overwrite(name: str) -> Diagnostic:
 @mistake(
     "CSP909",
     "a kind of file that cannot be checked",
-    explanation="cspcheck reads CSPm scripts (`.csp`). Files of other kinds, known by their name, are not read.",
-    example="cspcheck paper.tex",
+    explanation="cspcheck reads CSPm scripts (`.csp`) and LaTeX documents with classes (`.tex`). Files of other kinds, "
+    "known by their name, are not read.",
+    example="cspcheck paper.pdf",
     repair="cspcheck script.csp",
 )
 def unknown_kind(name: str, suffix: str) -> Diagnostic:

@@ -15,8 +15,9 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from cspm import syntax as s
+from cspm.diagnostics import ScriptError
 from cspm.lexer import Tokens, tokenise
-from cspm.parser import parse_alone
+from cspm.parser import is_markup, parse_alone
 from cspm.printer import print_script
 from cspm.printer_declarations import Printer
 from cspm.printer_layout import WIDTH, lay_out
@@ -37,8 +38,12 @@ def format_source(source: Source, *, width: int = WIDTH) -> str:
     The tree of the result is that of *source*. Included files are not read.
 
     Raises:
-        ScriptError: the script does not parse.
+        ScriptError: the script does not parse, or is a LaTeX document.
     """
+    if is_markup(source):
+        from cspm.messages.classes_syntax import document_to_format
+
+        raise ScriptError(document_to_format(source.name))
     script = parse_alone(source)
     tokens = _tokens(source, script)[0]
     hints = _Hints(source, tokens)

@@ -244,16 +244,19 @@ def property_words(text: str) -> tuple[str, str | None]:
     return " ".join(re.split(r"[\s-]+", match["words"])), match["mode"]
 
 
-def tokenise(source: Source, *, start: int = 0, end: int | None = None, form: Form = "script") -> Tokens:
+def tokenise(
+    source: Source, *, start: int = 0, end: int | None = None, form: Form = "script", classes: bool = False
+) -> Tokens:
     """The tokens of *source* from the offset *start* on, up to *end*.
 
     The text is a script, the equations of a class, or one expression or assertion, in which line breaks mean
-    nothing. Mistakes are collected in ``Tokens.errors``; the tokens around them are still made.
+    nothing. *classes* tells that there are classes, even if the text has none. Mistakes are collected in
+    ``Tokens.errors``; the tokens around them are still made.
     """
     text = source.text
     end = len(text) if end is None else end
     tokens = Tokens(source)
-    classes = form != "script" or _HAS_PARAGRAPHS.search(text) is not None
+    classes = classes or form != "script" or _HAS_PARAGRAPHS.search(text) is not None
     kinds, starts, ends = tokens.kinds, tokens.starts, tokens.ends
     contexts = _Contexts("script" if form in ("script", "equations") else "expression")
     broken = False  # a line break stands before the next token

@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Final, Literal
 
@@ -95,6 +96,8 @@ def parse_alone(source: Source) -> s.Script:
 
     files = _Files(empty)
     script = files.tree(source)
+    if script is not None and files.remarks:
+        script = replace(script, remarks=tuple(files.remarks))
     errors = [error for error in files.errors if not messages.concerns_whole_script(error)]
     if script is None or errors:
         raise ScriptError(*errors)
@@ -153,6 +156,7 @@ class _Files:
         self.read = read
         self.open: list[Source] = []  # the files that are being parsed, each included by the one before
         self.errors: list[Diagnostic] = []
+        self.remarks: list[Diagnostic] = []
 
     def script(self, source: Source) -> s.Script:
         """The tree of the root file.
@@ -164,12 +168,14 @@ class _Files:
         if self.errors:
             raise ScriptError(*self.errors)
         assert script is not None
-        return script
+        return replace(script, remarks=tuple(self.remarks)) if self.remarks else script
 
     def tree(self, source: Source) -> s.Script | None:
         """The tree of one file; None, and the mistakes in ``errors``, if it has none."""
         self.open.append(source)
         try:
+            if is_markup(source):
+                return self._document(source)
             tokens = tokenise(source)
             if tokens.errors:
                 self.errors.extend(tokens.errors[:MOST_MISTAKES])
@@ -189,6 +195,14 @@ class _Files:
         finally:
             self.open.pop()
 
+    def _document(self, source: Source) -> s.Script | None:
+        from cspm.oz.latex_reader import Document
+
+        document = Document(source, self._include)
+        self.errors += sorted(document.errors, key=_position)[:MOST_MISTAKES]
+        self.remarks += document.remarks
+        return document.script()
+
     def _include(self, path: str, span: Span) -> tuple[s.Declaration, ...]:
         if len(self.open) > DEEPEST_INCLUDE:
             self.errors.append(lexing.includes_too_deep(span, DEEPEST_INCLUDE))
@@ -206,6 +220,11 @@ class _Files:
             return ()
         script = self.tree(source)
         return script.declarations if script is not None else ()
+
+
+def is_markup(source: Source) -> bool:
+    """Whether a text is a LaTeX document, to be read for its classes."""
+    return source.name.lower().endswith(".tex")
 
 
 def _identity(source: Source) -> str:

@@ -20,9 +20,12 @@ from cspm.printer_declarations import Printer
 from cspm.printer_layout import WIDTH, lay_out
 
 
-def print_script(script: s.Script, *, width: int = WIDTH) -> str:
-    """The script as text without its comments, in lines of *width* columns where possible."""
-    text = lay_out(Printer().document(script), width)
+def print_script(script: s.Script, *, width: int = WIDTH, symbols: bool = False) -> str:
+    """The script as text without its comments, in lines of *width* columns where possible.
+
+    With *symbols*, Object-Z is written with mathematical symbols.
+    """
+    text = lay_out(Printer(symbols=symbols).document(script), width)
     return text + "\n" if text else ""
 
 

@@ -100,6 +100,7 @@ class Script:
         self.warnings: tuple[Diagnostic, ...] = () if types is None else types.warnings
         if classes is not None:
             self.warnings = (*classes.warnings, *self.warnings)
+        self.warnings = (*tree.remarks, *self.warnings)
         self._evaluator = Evaluator(names, Channels(self.events), types)
         self._top, declared = self._evaluator.run(lambda: self._declare(tree))
         self._frames: dict[int, Frame] = {}

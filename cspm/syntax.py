@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import ClassVar, Literal
 
+from cspm.diagnostics import Diagnostic
 from cspm.source import Span
 
 
@@ -709,7 +710,11 @@ class Comment(Node):
 
 @dataclass(frozen=True, kw_only=True)
 class Script(Node):
-    """A parsed file with everything it includes; ``comments`` are those of the root file, in order."""
+    """A parsed file with everything it includes; ``comments`` are those of the root file, in order.
+
+    ``remarks`` are warnings about its form.
+    """
 
     declarations: tuple[Declaration, ...]
     comments: tuple[Comment, ...] = field(default=(), compare=False)
+    remarks: tuple[Diagnostic, ...] = field(default=(), compare=False, repr=False)

@@ -18,6 +18,7 @@ VERBS = {
     "typecheck": "Read scripts and check their names and types.",
     "prove": "Prove the obligations of classes, or compute a precondition.",
     "fmt": "Print scripts in the standard layout, or rewrite them.",
+    "latex": "Write classes as LaTeX, or LaTeX as text.",
     "probe": "Step through a process, or through a counterexample.",
     "graph": "Draw a machine, an architecture or a counterexample.",
     "cspm": "Write a script with classes as plain CSPm, for FDR.",

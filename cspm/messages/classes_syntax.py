@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cspm.diagnostics import Diagnostic, Label, mistake
+from cspm.diagnostics import Diagnostic, Label, Severity, mistake
 from cspm.messages.lexing import listed, quoted
 from cspm.source import Span
 
@@ -252,3 +252,132 @@ def end_too_many(span: Span) -> Diagnostic:
 def too_deep(span: Span) -> Diagnostic:
     """The nesting is beyond what can be read."""
     return Diagnostic("CSP616", "this is nested too deeply", span, help="give names to parts of it")
+
+
+# --- LaTeX -------------------------------------------------------------------------------------------------------
+
+
+@mistake(
+    "CSP620",
+    "markup that has a tidier form",
+    explanation="The markup is read in all its dialects. What is warned of is no command of `oz.sty`, or has a form "
+    "that says better what is meant.",
+    example="In LaTeX: `f : \\mathbb{N} \\times \\nat`",
+    repair="`f : \\nat \\cross \\nat`",
+)
+def untidy_markup(span: Span, written: str, tidy: str) -> Diagnostic:
+    """The command or word *written* is read as *tidy*."""
+    return Diagnostic(
+        "CSP620",
+        f"`{written}` is read as `{tidy}`",
+        span,
+        severity=Severity.WARNING,
+        help=f"write `{tidy}`",
+    )
+
+
+@mistake(
+    "CSP621",
+    "Xi on an operation",
+    explanation="Object-Z has no Xi on operations: what the Delta-list does not name does not change, and without a "
+    "Delta-list nothing does.",
+    example="In LaTeX: `\\begin{op}{read} \\Xi (n) \\\\ v! : \\nat \\where v! = n \\end{op}`",
+    repair="`\\begin{op}{read} v! : \\nat \\where v! = n \\end{op}`",
+)
+def xi_list(span: Span) -> Diagnostic:
+    """``\\Xi (x)`` in an operation; it is ignored."""
+    return Diagnostic(
+        "CSP621",
+        "there is no `\\Xi` on operations",
+        span,
+        severity=Severity.WARNING,
+        help="remove it: without a Delta-list nothing changes",
+    )
+
+
+@mistake(
+    "CSP622",
+    "an unknown command in the markup of a class",
+    explanation="Between `\\begin{class}` and `\\end{class}` every command has a meaning; layout commands are skipped.",
+    example="In LaTeX: `n \\lec 3`",
+    repair="`n \\leq 3`",
+)
+def unknown_command(span: Span, suggestions: Sequence[str]) -> Diagnostic:
+    """A command that stands for nothing."""
+    return Diagnostic(
+        "CSP622",
+        f"unknown command `{span.text}`",
+        span,
+        help=f"did you mean {quoted(suggestions)}?" if suggestions else None,
+    )
+
+
+@mistake(
+    "CSP623",
+    "an environment in the markup is not closed, or closed by another",
+    explanation="Each `\\begin{...}` needs its `\\end{...}`, innermost first.",
+    example="In LaTeX: `\\begin{class}{C} \\begin{state} n : \\nat \\end{class}`",
+    repair="`\\begin{class}{C} \\begin{state} n : \\nat \\end{state} \\end{class}`",
+)
+def environment_not_closed(span: Span, name: str, found: Span | None) -> Diagnostic:
+    """The environment that begins at *span* is open where another one ends at *found*, or the text does."""
+    labels = () if found is None else (Label(found, f"expected `\\end{{{name}}}` before this"),)
+    return Diagnostic(
+        "CSP623", f"`\\begin{{{name}}}` is never closed", span, labels=labels, help=f"add `\\end{{{name}}}`"
+    )
+
+
+@mistake(
+    "CSP624",
+    "an unknown environment in the markup of a class",
+    explanation="The boxes of a class are `state`, `init`, `op`, `axdef`, `schema` and `zed`.",
+    example="In LaTeX: `\\begin{class}{C} \\begin{stat} n : \\nat \\end{stat} \\end{class}`",
+    repair="`\\begin{class}{C} \\begin{state} n : \\nat \\end{state} \\end{class}`",
+)
+def unknown_environment(span: Span, name: str, suggestions: Sequence[str]) -> Diagnostic:
+    """An environment inside a class that is no box of it."""
+    return Diagnostic(
+        "CSP624",
+        f"unknown environment `{name}`",
+        span,
+        help=f"did you mean {quoted(suggestions)}?" if suggestions else None,
+    )
+
+
+@mistake(
+    "CSP625",
+    "a part of Object-Z that is not read",
+    explanation="References to objects, polymorphism, distributed operations and the schema calculus have no meaning "
+    "here: a class of CSP-OZ is a process, and classes are joined by their channels.",
+    example="In LaTeX: `\\begin{state} s : \\poly Shape \\end{state}`",
+    repair="Give each class its own channels and join them with `||`.",
+)
+def unsupported(span: Span, what: str) -> Diagnostic:
+    """A command of the part of Object-Z *what* in words."""
+    return Diagnostic("CSP625", f"{what} cannot be read: `{span.text}`", span)
+
+
+@mistake(
+    "CSP626",
+    "a document without classes",
+    explanation="A `.tex` file is read for its classes, schemas and other paragraphs, and for CSPm in `cspm` "
+    "environments; the text around them is ignored.",
+    example="A LaTeX file without `\\begin{class}`.",
+    repair="Put the specification into the environments of `oz.sty`: `class`, `schema`, `axdef`, `zed`.",
+)
+def nothing_to_read(span: Span) -> Diagnostic:
+    """A document that has no environment with something to read."""
+    return Diagnostic("CSP626", "this document has no classes", span, severity=Severity.WARNING)
+
+
+@mistake(
+    "CSP627",
+    "a LaTeX document is to be formatted",
+    explanation="`fmt` tidies scripts. The classes of a LaTeX document are tidied by `latex`, which writes a document "
+    "of its own, or with `--text` a script.",
+    example="cspcheck fmt paper.tex",
+    repair="cspcheck latex paper.tex",
+)
+def document_to_format(name: str) -> Diagnostic:
+    """The file *name* is a LaTeX document."""
+    return Diagnostic("CSP627", f"`{name}` is a LaTeX document", help="use `cspcheck latex`, perhaps with `--text`")

@@ -18,6 +18,7 @@ from cspm.oz.classes import Classes
 from cspm.oz.fitting import Misfit, fit
 from cspm.oz.interfaces import compare_interfaces
 from cspm.oz.paragraphs import Paragraphs
+from cspm.oz.printer import print_term
 from cspm.oz.scopes import AmbiguousEntry, ClassEntry, Scope, SetEntry, VariableEntry, toolkit
 from cspm.oz.typing import Typing
 from cspm.oz.typing_operators import Wrong
@@ -167,7 +168,7 @@ class _Elaboration:
         )
 
     def _reading(self, tree: s.Reading) -> core.FiniteReading | None:
-        text = tree.subject.span.text.strip()
+        text = print_term(tree.subject)
         try:
             subject = self._subject(tree.subject)
             assert isinstance(subject.type, core.SetType)

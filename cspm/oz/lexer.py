@@ -51,8 +51,9 @@ INFIX: Final[dict[str, Spelling]] = {s.text[0]: s for s in SPELLINGS if s.kind i
 PREFIX: Final[dict[str, Spelling]] = {s.text[0]: s for s in SPELLINGS if s.kind == "prefix"}
 POSTFIX: Final[dict[str, Spelling]] = {s.text[0]: s for s in SPELLINGS if s.kind == "postfix"}
 
-NAME_ENDS: Final = frozenset(["NAME", "INT", "REAL", ")", "}", "]", "]]", "|)", "SEQUENCE_CLOSE", "true", "false"])
-OPERAND_ENDS: Final = NAME_ENDS | {"EMPTY"} | frozenset(POSTFIX)
+OPERAND_ENDS: Final = frozenset(
+    ["NAME", "INT", "REAL", "true", "false", "EMPTY", ")", "}", "]", "]]", "|)", "SEQUENCE_CLOSE", *POSTFIX]
+)
 """Kinds behind which an operand is complete."""
 
 NAMING: Final = frozenset(kind for kind in PREFIX if kind.isalnum() and kind != "not")
@@ -190,7 +191,11 @@ def tokens(source: Source, start: int, end: int, scan: Scan) -> Iterator[Token]:
         token = Token("", begin, position, first=broken, tight=begin == last and last > start)
         if broken and (
             SECTION.match(text, begin, end)
-            or (not open_brackets and previous in OPERAND_ENDS and ABBREVIATION.match(text, begin, end))
+            or (
+                not open_brackets
+                and (previous in OPERAND_ENDS or previous == ">>")
+                and ABBREVIATION.match(text, begin, end)
+            )
         ):
             # No bracket goes over a section: what is open was meant to be closed before.
             token.section = True

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final, Literal, cast
 
 from cspm import syntax as s
-from cspm.lexer import DECLARATION_KEYWORDS, tokenise
+from cspm.lexer import DECLARATION_KEYWORDS, Tokens, tokenise
 from cspm.messages import classes_syntax as messages
 from cspm.oz import syntax as z
 from cspm.oz.lexer import Token
@@ -378,7 +378,7 @@ class Classes(Paragraphs):
         from cspm.parser_table import table
         from cspm.parser_tree import Tree
 
-        found = tokenise(self.source, start=span.start, end=span.end, form="equations")
+        found = self._equation_tokens(span)
         self.errors += found.errors
         if found.errors:
             return ()
@@ -400,6 +400,9 @@ class Classes(Paragraphs):
                 word = next((w for w in DECLARATION_KEYWORDS if self.source.text.startswith(w, start)), "this")
                 self.errors.append(messages.not_in_class(self.source.span(start, start + len(word)), word))
         return tuple(equations)
+
+    def _equation_tokens(self, span: Span) -> Tokens:
+        return tokenise(self.source, start=span.start, end=span.end, form="equations")
 
     _readers: Final[Mapping[str, Callable[[Classes, _Parts], None]]] = {
         "visible": _visible,

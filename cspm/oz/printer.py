@@ -175,7 +175,7 @@ class Paragraphs(Terms):
 
     def _operation(self, node: z.OperationSchema | z.OperationDefinition) -> Doc:
         if isinstance(node, z.OperationDefinition):
-            return group(f"op {node.name} = ", nest(self._operations(node.body, 0)))
+            return group(f"op {node.name} = ", nest(self.operations(node.body, 0)))
         delta: list[Doc] = []
         if node.delta is not None:
             delta = [cat(self.sign("Delta", "Δ"), "(", names(node.delta), ")")]
@@ -218,18 +218,18 @@ class Paragraphs(Terms):
             parts.append(join(cat(";", LINE), predicates))
         return group(f"op {node.name} = [", nest(cat(*parts)), "]")
 
-    def _operations(self, node: z.Term, least: int) -> Doc:
+    def operations(self, node: z.Term, least: int = 0) -> Doc:
         """An expression over operations whose operators bind at least as tightly as *least*."""
         match node:
             case z.Grouped():
-                return bracketed(self._operations(node.inner, 0))
+                return bracketed(self.operations(node.inner, 0))
             case z.Operator(name=name, operands=(left, right)) if name in OPERATION_LEVELS:
                 level = OPERATION_LEVELS[name]
                 sign = self.sign(*_OPERATION_SIGNS[name])
                 if name == "compose" and self.from_source and ";" not in _between(left, right):
                     sign = "comp"
-                first = self._operations(left, level)
-                second = self._hidden(right) if name == "hide" else self._operations(right, level + 1)
+                first = self.operations(left, level)
+                second = self._hidden(right) if name == "hide" else self.operations(right, level + 1)
                 doc = cat(first, " ", sign, LINE, second)
                 return bracketed(doc) if level < least else doc
         return self.term(node)

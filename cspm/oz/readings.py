@@ -66,7 +66,12 @@ class Readings:
 
 def written(reading: FiniteReading) -> str:
     """A reading as the script writes it, without the word: ``nat = 0..3``."""
-    return " ".join(reading.span.text.split()).removeprefix("reading ")
+    text = reading.span.text
+    if text.startswith("\\"):
+        from cspm.oz.latex_reader import text_of
+
+        text = text_of(reading.span)
+    return " ".join(text.split()).removeprefix("reading ")
 
 
 _WIDER: Final = {

@@ -134,11 +134,11 @@ def test_a_folder_that_is_named_as_output_and_a_script_that_is_a_folder(folder: 
 
 
 def test_what_is_no_script_by_its_name(folder: Path, shell: Shell) -> None:
-    (folder / "paper.tex").write_text("\\begin{document}")
-    done = shell("paper.tex")
+    (folder / "paper.md").write_text("\\begin{document}")
+    done = shell("paper.md")
 
     assert done.returncode == 2
-    assert done.stderr == "error[CSP909]: `paper.tex` is not a CSPm script: `.tex` files cannot be checked\n\n"
+    assert done.stderr == "error[CSP909]: `paper.md` is not a CSPm script: `.md` files cannot be checked\n\n"
 
 
 def test_a_file_that_may_not_be_read(folder: Path, shell: Shell) -> None:
