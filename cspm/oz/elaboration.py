@@ -107,8 +107,9 @@ class _Elaboration:
         self.scope = classes.parameters
         readings = [self._reading(d) for d in self.declarations if isinstance(d, s.Reading)]
         errors = self._errors()
+        warnings = [d for d in self.diagnostics if d.severity is Severity.WARNING]
         if errors:
-            raise ScriptError(*errors[:MOST_MISTAKES])
+            raise ScriptError(*errors[:MOST_MISTAKES], *warnings[:MOST_MISTAKES])
         specification = core.Specification(
             givens=dict(paragraphs.givens),
             frees=dict(paragraphs.frees),
@@ -120,7 +121,6 @@ class _Elaboration:
             readings=tuple([reading for reading in readings if reading is not None]),
             control=any(isinstance(d, s.View) and d.kind == "control" for d in self.declarations),
         )
-        warnings = [d for d in self.diagnostics if d.severity is Severity.WARNING]
         return Elaborated(specification, tuple(warnings), classes)
 
     def _errors(self) -> list[Diagnostic]:

@@ -66,6 +66,13 @@ def test_the_vehicle_has_the_states_and_transitions_that_were_found_in_2009() ->
     assert {(result.states, result.transitions) for result in found} == {(2_519_424, 23_549_616)}
 
 
+def test_the_classes_of_the_vehicle_have_the_same_control_part() -> None:
+    found = results(SPECS / "rov" / "control_view.csp")[:3]
+
+    assert [str(result.verdict) for result in found] == ["pass"] * 3
+    assert {(result.states, result.transitions) for result in found} == {(2_519_424, 23_549_616)}
+
+
 @pytest.mark.parametrize("readme", readmes(), ids=name)
 def test_the_tables_show_what_the_scripts_give(readme: Path) -> None:
     assert without_times(readme.read_text(encoding="utf-8")) == without_times(as_it_should_be(readme)), (
