@@ -18,19 +18,19 @@ true nor false, so the search cannot go on. Guard the term with the condition un
 """,
     example="""
 class C
-  chan get : [v! : nat]
-  state items : seq nat
+  chan get : [v! : 0..3]
+  state items : seq (0..3)
   init items = <>
-  op com_get v! : nat where v! = head items
+  op com_get v! : 0..3 where v! = head items
 end
 assert C :[deadlock free]
 """,
     repair="""
 class C
-  chan get : [v! : nat]
-  state items : seq nat
+  chan get : [v! : 0..3]
+  state items : seq (0..3)
   init items = <>
-  op com_get v! : nat where items /= <> and v! = head items
+  op com_get v! : 0..3 where items /= <> and v! = head items
 end
 """,
 )

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cspm.oz import core
 from cspm.oz.carriers import Carrier, Frame, Unbounded, capped
-from cspm.oz.core import Apply, Comprehension, FiniteReading, If, Term
+from cspm.oz.core import Apply, Comprehension, Constant, FiniteReading, If, Term
 from cspm.oz.readings import COLLECTIONS
 from cspm.oz.terms import free_variables
 from cspm.oz.values import Construction, Element, Graph, in_order
@@ -25,6 +25,8 @@ Member: TypeAlias = Callable[[Frame, Any], bool]
 
 CARRIERS: Final = COLLECTIONS | {"Int", "Nat", "Nat1", "Real", "All", "Records", "Bool", "cross"}
 """The operators whose values may be too many to write out."""
+MOST_REMEMBERED: Final = 1 << 18
+"""Of so many collections it is remembered whether they are in a set."""
 NUMBERS: Final = frozenset({"Int", "Nat", "Nat1", "Real"})
 
 
@@ -65,11 +67,12 @@ def membership(evaluator: Evaluator, term: Term, scope: Scope, *, reading: bool 
         if found is not None:
             return _in_reading(evaluator, term, found, scope)
     if isinstance(term, Apply):
-        test = _MEMBERSHIP.get(term.operator)
-        if test is not None:
-            return test(evaluator, term, scope, reading)
+        rule = _MEMBERSHIP.get(term.operator)
+        if rule is not None:
+            return rule(evaluator, term, scope, reading)
         if term.operator in COLLECTIONS:
-            return _collection_member(evaluator, term, scope, reading)
+            test = _collection_member(evaluator, term, scope, reading)
+            return _remembered(test) if not free_variables(term) else test
     if isinstance(term, Comprehension) and term.kind == "set":
         from cspm.oz.binding import comprehension_member
 
@@ -80,6 +83,23 @@ def membership(evaluator: Evaluator, term: Term, scope: Scope, *, reading: bool 
         return lambda frame, value: then(frame, value) if chosen(frame) else otherwise(frame, value)
     value_of = evaluator.code(term, scope)
     return lambda frame, value: value in value_of(frame)
+
+
+def _remembered(test: Member) -> Member:
+    """The same for a set that is always the same: collections are gone through once."""
+    known: dict[Any, bool] = {}
+
+    def remembered(frame: Frame, value: Any) -> bool:
+        if isinstance(value, Carrier):
+            return test(frame, value)
+        found = known.get(value)
+        if found is None:
+            if len(known) > MOST_REMEMBERED:
+                known.clear()
+            found = known[value] = test(frame, value)
+        return found
+
+    return remembered
 
 
 def _in_reading(evaluator: Evaluator, term: Term, reading: FiniteReading, scope: Scope) -> Member:
@@ -114,6 +134,10 @@ def _from(low: int) -> MembershipRule:
 
 
 def _range_member(evaluator: Evaluator, term: Apply, scope: Scope, reading: bool) -> Member:
+    a, b = term.operands
+    if isinstance(a, Constant) and isinstance(b, Constant):
+        first, last = a.value, b.value
+        return lambda frame, value: first <= value <= last
     low, high = (evaluator.code(o, scope) for o in term.operands)
     return lambda frame, value: low(frame) <= value <= high(frame)
 

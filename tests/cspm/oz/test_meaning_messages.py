@@ -1,0 +1,43 @@
+"""What is documented of mistakes with the processes of classes: each example makes it, and each repair mends it."""
+
+from __future__ import annotations
+
+import pytest
+
+import cspm.messages.oz_meaning  # noqa: F401 -- registers its mistakes
+from checker.transitions import LimitReached, explore
+from checker.verdict import Limits
+from cspcheck.exporting import plain_text
+from cspm.diagnostics import MISTAKES, ScriptError
+from cspm.script import load
+from cspm.source import Source
+
+CODES = sorted(code for code in MISTAKES if "CSP680" <= code <= "CSP699")
+
+
+def codes(text: str) -> set[str]:
+    """What is wrong with a script, its classes explored and written out."""
+    source = Source("example.csp", text)
+    try:
+        script = load(source)
+        assert script.specification is not None
+        for name in script.specification.classes:
+            explore(script.process(name), Limits(states=2_000))
+        plain_text(load(source))
+    except ScriptError as error:
+        return {diagnostic.code for diagnostic in error.diagnostics}
+    except LimitReached:
+        return {"too many states"}
+    return set()
+
+
+@pytest.mark.parametrize("code", CODES)
+def test_the_example_makes_the_mistake_and_the_repair_does_not(code: str) -> None:
+    mistake = MISTAKES[code]
+
+    assert code in codes(mistake.example)
+    assert codes(mistake.repair) == set()
+
+
+def test_there_are_codes_to_be_tested() -> None:
+    assert "CSP686" in CODES
