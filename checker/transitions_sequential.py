@@ -8,10 +8,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from checker.budget import Incomplete
 from checker.messages import unsupported_function
 from checker.transitions_rows import Row, State, Step
 from cspm.diagnostics import Diagnostic
-from cspm.events import TAU, TICK
+from cspm.events import TAU, TICK, EventSet
 from cspm.process import (
     DIV,
     SKIP,
@@ -41,6 +42,9 @@ from cspm.process import (
     prefix,
 )
 
+MOST_TRANSITIONS = 1 << 22
+"""No state is listed that has more transitions than this."""
+
 
 class UnsupportedOperator(Exception):
     """A function of the language that the engine cannot compute; what depends on it is ``unknown``.
@@ -69,11 +73,22 @@ def _diverge(state: State, p: Diverge, rows: list[Row]) -> list[Step]:
 
 
 def _run(state: State, p: Run, rows: list[Row]) -> list[Step]:
-    return [(event, p) for event in p.events]
+    return [(event, p) for event in _listed(p.events)]
 
 
 def _chaos(state: State, p: Chaos, rows: list[Row]) -> list[Step]:
-    return [(TAU, STOP), *((event, p) for event in p.events)]
+    return [(TAU, STOP), *((event, p) for event in _listed(p.events))]
+
+
+def _listed(events: EventSet) -> EventSet:
+    """The same events, each of which is to be a transition.
+
+    Raises:
+        Incomplete: they are too many for that.
+    """
+    if len(events) > MOST_TRANSITIONS:
+        raise Incomplete(f"one state has {len(events):,} transitions, more than {MOST_TRANSITIONS:,}")
+    return events
 
 
 def _prefix(state: State, p: Prefix, rows: list[Row]) -> list[Step]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from itertools import product
+from math import prod
 from typing import TYPE_CHECKING, Any
 
 from cspm import events
@@ -324,9 +325,13 @@ def extension_parts(value: Dotted) -> Iterator[tuple[Any, ...]]:
     """What can be dotted onto an incomplete *value* to complete it, as the parts side by side, in order.
 
     Raises:
-        Failure: a missing field has infinitely many values.
+        Failure: a missing field has infinitely many values, or all together have too many.
     """
+    from cspm.sets import LARGEST
+
     rest: list[list[Any]] = [domain.elements() for domain in missing(value)]
+    if prod(map(len, rest)) > LARGEST:
+        raise Failure(messages.too_many_completions(value, LARGEST), is_limit=True)
     if value.fields and is_incomplete(value.fields[-1]):
         position = len(value.fields) - 1
         domain = value.head.domains[position]
@@ -384,7 +389,9 @@ def _completion_ranges(value: Dotted, head: ChannelHead) -> list[tuple[int, int]
     table = head.channels.table
     fields = value.fields
     if head.declared.size is None:
-        position = next(i for i, domain in enumerate(head.declared.domains) if domain is None)
+        position = next((i for i, domain in enumerate(head.declared.domains) if domain is None), None)
+        if position is None:
+            raise Failure(messages.too_many_completions(head.name, events.UNBOUNDED), is_limit=True)
         raise Failure(messages.infinite_channel(head.name, position, head.domains[position]))
     if fields and is_incomplete(fields[-1]):
         inner: list[tuple[Any, ...]] = [

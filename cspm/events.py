@@ -63,7 +63,10 @@ class RangeDomain(FieldDomain):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Channel:
-    """A declared channel: its name, the domains of its fields (None: infinite) and its range of identifiers."""
+    """A declared channel: its name, the domains of its fields (None: infinite) and its range of identifiers.
+
+    ``size`` is None if a field is infinite or the events are more than there are identifiers.
+    """
 
     name: str
     order: int
@@ -103,6 +106,9 @@ class EventTable:
             for domain in domains:
                 assert domain is not None
                 size *= len(domain)
+        if size is not None and self._next + size > UNBOUNDED:
+            # More events than there are identifiers: they get theirs as they are met, like those of an infinite field.
+            size = None
         channel = Channel(name, len(self._channels), tuple(domains), self._next, size)
         self._channels.append(channel)
         if size:
@@ -137,7 +143,7 @@ class EventTable:
 
         Raises:
             KeyError: a value is outside its field's domain.
-            OverflowError: the channel has an infinite field.
+            OverflowError: the channel has an infinite field, or too many events.
         """
         if channel.size is None:
             raise OverflowError(channel.name)

@@ -12,7 +12,7 @@ from typing import Any
 from cspm.dots import Event
 from cspm.failure import Failure
 from cspm.messages import evaluation as messages
-from cspm.sets import EMPTY_SET, EventsSet, FiniteSet, Range, Set, set_of
+from cspm.sets import CANONICAL, EMPTY_SET, LARGEST, EventsSet, FiniteSet, Range, Set, set_of
 from cspm.sets_symbolic import DatatypeSet, Integers, Maps, Product, Sequences, Subsets, Union
 
 _LISTED = (FiniteSet, EventsSet, Range)
@@ -31,6 +31,12 @@ def same(left: Set, right: Set) -> bool:
     if left.is_finite() != right.is_finite():
         return False
     if left.is_finite():
+        if type(left) is Range and type(right) is Range:
+            return left == right
+        if left.exceeds(LARGEST) != right.exceeds(LARGEST):
+            return False
+        if type(left) is type(right) and left.exceeds(CANONICAL) and left == right:
+            return True  # as they are written
         return left.size() == right.size() and left.finite() == right.finite()
     return left == right or (subset(left, right) and subset(right, left))
 
@@ -48,6 +54,10 @@ def subset(left: Set, right: Set) -> bool:
     if type(left) is FiniteSet and type(right) is FiniteSet:
         return left.items <= right.items
     if left.is_finite():
+        if left.exceeds(CANONICAL):
+            found = _large_subset(left, right)
+            if found is not None:
+                return found
         return all(right.contains(item) for item in left.finite().listed())
     if right.is_finite():
         return False
@@ -55,6 +65,20 @@ def subset(left: Set, right: Set) -> bool:
     if found is None:
         raise Failure(messages.undecidable("inclusion", left, right))
     return found
+
+
+def _large_subset(left: Set, right: Set) -> bool | None:
+    """Inclusion of a finite set that is better not listed; None if there is no other way."""
+    if right.is_finite() and left.exceeds(LARGEST) and not right.exceeds(LARGEST):
+        return False
+    match left, right:
+        case Range(), Range():
+            return left.numbers.start >= right.numbers.start and left.numbers.stop <= right.numbers.stop
+        case Range(), Integers():
+            return right.low is None or right.low <= left.numbers.start
+        case (Subsets(), Subsets()) | (Maps(), Maps()) | (Product(), Product()):
+            return _subset_by_form(left, right)
+    return None
 
 
 def _subset_by_form(left: Set, right: Set) -> bool | None:
@@ -121,6 +145,11 @@ def intersection(left: Set, right: Set) -> Set:
     if type(left) is FiniteSet and type(right) is FiniteSet:
         return _plain(left.items & right.items)
     if left.is_finite():
+        if right.is_finite() and left.exceeds(LARGEST) and not right.exceeds(LARGEST):
+            return intersection(right, left)
+        if type(left) is Range and type(right) is Range:
+            both = range(max(left.numbers.start, right.numbers.start), min(left.numbers.stop, right.numbers.stop))
+            return Range(both.start, both.stop - 1) if both else EMPTY_SET
         return set_of([item for item in left.finite().listed() if right.contains(item)])
     if right.is_finite():
         return intersection(right, left)

@@ -11,27 +11,33 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from itertools import islice, product
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 from cspm.dots import Channels, DotList, Event, Head, parts
-from cspm.events import EventSet, FieldDomain, RangeDomain
+from cspm.events import UNBOUNDED, EventSet, FieldDomain, RangeDomain
 from cspm.failure import Failure
 from cspm.messages import evaluation as messages
 from cspm.thunks import force
 from cspm.values import deep
 from cspm.values_order import in_order
 
-LARGEST: Final = 1 << 24
-"""A symbolic set is written out only if it has at most so many elements."""
+LARGEST: Final = 1 << 22
+"""A set is written out only if it has at most so many elements."""
 _SHOWN: Final = 3
 CANONICAL: Final = 1 << 16
 """A symbolic set up to this size takes its listed form when it is compared or hashed as part of other values."""
 
 
 class Set:
-    """Any set. Subclasses say what is in them; the rest follows."""
+    """Any set. Subclasses say what is in them; the rest follows.
+
+    Attributes:
+        most: it is listed only if it has at most so many elements.
+    """
 
     __slots__ = ()
+
+    most: ClassVar[int] = LARGEST
 
     def contains(self, value: Any) -> bool:
         """Whether *value* is an element.
@@ -57,6 +63,10 @@ class Set:
         """The set as the language writes it."""
         raise NotImplementedError
 
+    def exceeds(self, limit: int) -> bool:
+        """Whether a finite set has more than *limit* elements; quick also where the number is astronomical."""
+        return self.size() > limit
+
     def is_empty(self) -> bool:
         """Whether there are no elements."""
         return self.is_finite() and self.size() == 0
@@ -69,9 +79,13 @@ class Set:
         """
         if not self.is_finite():
             raise Failure(messages.infinite_set(self))
-        if self.size() > LARGEST:
-            raise Failure(messages.too_large(self, LARGEST), is_limit=True)
+        self._check_size()
         return set_of(self.listed())
+
+    def _check_size(self) -> None:
+        """Refuse to list what is too large."""
+        if self.exceeds(self.most):
+            raise Failure(messages.too_large(self, self.most), is_limit=True)
 
     def elements(self) -> list[Any]:
         """The elements in order, in a list that must not be changed.
@@ -83,15 +97,15 @@ class Set:
 
     def canonical(self) -> Set:
         """The form in which equal finite sets are equal objects (larger symbolic sets stay as they are)."""
-        return self.finite() if self.is_finite() and self.size() <= CANONICAL else self
+        return self.finite() if self.is_finite() and not self.exceeds(CANONICAL) else self
 
     def may_contain_head(self, head: Head) -> bool:
         """Whether some element starts with the channel or constructor *head*; when in doubt, True."""
         return True
 
     def field_domain(self) -> FieldDomain | None:
-        """The set as the domain of a channel's field; None if it is infinite."""
-        return FieldDomain(self.elements()) if self.is_finite() else None
+        """The set as the domain of a channel's field; None if it is infinite, or as good as that."""
+        return FieldDomain(self.elements()) if self.is_finite() and not self.exceeds(self.most) else None
 
     def is_same(self, other: Any) -> bool:
         """``==`` of the language.
@@ -213,6 +227,7 @@ class EventsSet(Set):
         return self
 
     def elements(self) -> list[Any]:
+        self._check_size()
         return list(self.listed())
 
     def describe(self) -> str:
@@ -264,21 +279,20 @@ class Range(Set):
 
     def finite(self) -> FiniteSet:
         if self._listed is None:
-            if self.size() > LARGEST:
-                raise Failure(messages.too_large(self, LARGEST), is_limit=True)
+            self._check_size()
             self._listed = FiniteSet(frozenset(self.numbers)) if self.numbers else EMPTY_SET
         return self._listed
 
-    def canonical(self) -> FiniteSet:
-        return self.finite()
+    def canonical(self) -> Set:
+        # No listed set is equal to one that cannot be listed.
+        return self if self.exceeds(LARGEST) else self.finite()
 
     def elements(self) -> list[Any]:
-        if self.size() > LARGEST:
-            raise Failure(messages.too_large(self, LARGEST), is_limit=True)
+        self._check_size()
         return list(self.numbers)
 
     def field_domain(self) -> FieldDomain | None:
-        return RangeDomain(self.numbers)
+        return None if self.exceeds(UNBOUNDED) else RangeDomain(self.numbers)
 
     def describe(self) -> str:
         low, high = self.numbers.start, self.numbers.stop - 1
@@ -287,10 +301,12 @@ class Range(Set):
     def __eq__(self, other: object) -> bool:
         if isinstance(other, Range):
             return self.numbers == other.numbers
-        return isinstance(other, FiniteSet) and self.size() == other.size() and self.finite() == other
+        if not isinstance(other, FiniteSet) or self.exceeds(LARGEST):
+            return False
+        return self.size() == other.size() and self.finite() == other
 
     def __hash__(self) -> int:
-        return hash(self.finite())
+        return hash(self.numbers) if self.exceeds(LARGEST) else hash(self.finite())
 
 
 def event_set(value: Any) -> EventSet:

@@ -6,12 +6,39 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from itertools import product
+from math import prod
 from typing import Any, Final, Literal
 
 from cspm.dots import Constructor, DotList, Dotted, Event, Head
+from cspm.failure import Failure
+from cspm.messages import evaluation as messages
 from cspm.process import Process
 from cspm.sets import Set, set_of
 from cspm.values import Map, Sequence, deep
+
+COLLECTIONS: Final = 1 << 20
+"""A set of sets or maps is listed only if it has at most so many."""
+MOST_BITS: Final = 1 << 17
+"""The size of a set is told if it has at most so many bits."""
+
+
+def _product_exceeds(sets: tuple[Set, ...], limit: int) -> bool:
+    """Whether finite sets have more than *limit* combinations."""
+    if any(s.is_empty() for s in sets):
+        return limit < 0
+    total = 1
+    for s in sets:
+        if s.exceeds(limit):
+            return True
+        total *= s.size()
+        if total > limit:
+            return True
+    return total > limit
+
+
+def _product_size(sets: tuple[Set, ...]) -> int:
+    """How many combinations of their elements finite sets have; one of them may be infinite if another is empty."""
+    return 0 if any(s.is_empty() for s in sets) else prod(s.size() for s in sets)
 
 
 class _Infinite(Set):
@@ -108,6 +135,8 @@ class Subsets(Set):
 
     __slots__ = ("base",)
 
+    most = COLLECTIONS
+
     def __init__(self, base: Set) -> None:
         self.base = base
 
@@ -117,7 +146,15 @@ class Subsets(Set):
     def is_finite(self) -> bool:
         return self.base.is_finite()
 
+    def is_empty(self) -> bool:
+        return False
+
+    def exceeds(self, limit: int) -> bool:
+        return self.base.exceeds(limit.bit_length() - 1)
+
     def size(self) -> int:
+        if self.base.exceeds(MOST_BITS):
+            raise Failure(messages.too_large(self, self.most), is_limit=True)
         return int(2 ** self.base.size())
 
     def listed(self) -> Iterator[Any]:
@@ -140,6 +177,8 @@ class Maps(Set):
 
     __slots__ = ("keys", "values")
 
+    most = COLLECTIONS
+
     def __init__(self, keys: Set, values: Set) -> None:
         self.keys = keys
         self.values = values
@@ -154,9 +193,21 @@ class Maps(Set):
             return True
         return self.keys.is_finite() and self.values.is_finite()
 
+    def is_empty(self) -> bool:
+        return False
+
+    def exceeds(self, limit: int) -> bool:
+        if self.keys.is_empty() or self.values.is_empty():
+            return limit < 1
+        if self.keys.exceeds(limit.bit_length() - 1) or self.values.exceeds(limit):
+            return True
+        return self.size() > limit
+
     def size(self) -> int:
         if self.keys.is_empty() or self.values.is_empty():
             return 1
+        if self.keys.exceeds(MOST_BITS) or self.keys.size() * self.values.size().bit_length() > MOST_BITS:
+            raise Failure(messages.too_large(self, self.most), is_limit=True)
         return int((self.values.size() + 1) ** self.keys.size())
 
     def listed(self) -> Iterator[Any]:
@@ -207,13 +258,14 @@ class Product(Set):
     def is_finite(self) -> bool:
         return any(s.is_empty() for s in self.sets) or all(s.is_finite() for s in self.sets)
 
+    def is_empty(self) -> bool:
+        return any(s.is_empty() for s in self.sets)
+
+    def exceeds(self, limit: int) -> bool:
+        return _product_exceeds(self.sets, limit)
+
     def size(self) -> int:
-        if any(s.is_empty() for s in self.sets):
-            return 0
-        total = 1
-        for s in self.sets:
-            total *= s.size()
-        return total
+        return _product_size(self.sets)
 
     def listed(self) -> Iterable[Any]:
         if any(s.is_empty() for s in self.sets):
@@ -248,6 +300,12 @@ class Union(Set):
 
     def is_finite(self) -> bool:
         return all(s.is_finite() for s in self.sets)
+
+    def is_empty(self) -> bool:
+        return all(s.is_empty() for s in self.sets)
+
+    def exceeds(self, limit: int) -> bool:
+        return any(s.exceeds(limit) for s in self.sets) or self.size() > limit
 
     def size(self) -> int:
         return len(set(self.listed()))
@@ -328,16 +386,13 @@ class DatatypeSet(Set):
         return self._finite
 
     def is_empty(self) -> bool:
-        return self.is_finite() and self.size() == 0
+        return self.is_finite() and all(any(s.is_empty() for s in sets) for _, sets in self.branches)
+
+    def exceeds(self, limit: int) -> bool:
+        return any(_product_exceeds(sets, limit) for _, sets in self.branches) or self.size() > limit
 
     def size(self) -> int:
-        total = 0
-        for _, sets in self.branches:
-            count = 0 if any(s.is_empty() for s in sets) else 1
-            for s in sets if count else ():
-                count *= s.size()
-            total += count
-        return total
+        return sum(_product_size(sets) for _, sets in self.branches)
 
     def listed(self) -> Iterator[Any]:
         for head, sets in self.branches:

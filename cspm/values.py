@@ -29,8 +29,14 @@ from cspm.failure import Failure
 from cspm.messages import evaluation as messages
 from cspm.thunks import Env, Thunk
 
-LONGEST: Final = 1 << 24
+LONGEST: Final = 1 << 22
 """A sequence that is evaluated to its end may have so many elements."""
+STEPS: Final = 1 << 18
+"""Elements that a sequence gives one by one, each by evaluating what follows, may be so many."""
+FRUITLESS: Final = 1 << 20
+"""When so many elements were looked through in vain, whoever looks for another one gives up."""
+WRITTEN_OUT: Final = 1 << 16
+"""A range that is longer than this is listed as far as it is looked at."""
 NESTING: Final = 2_000
 """Values may be nested so deep (recursive datatypes apart, which have no limit)."""
 
@@ -182,7 +188,7 @@ class Sequence:
         """This sequence, known to its end.
 
         Raises:
-            Failure: it has no end, as far as can be told, or is longer than :data:`LONGEST`.
+            Failure: it has no end, as far as can be told, or is longer than :data:`LONGEST` or :data:`STEPS`.
         """
         if self._rest is None:
             return self
@@ -196,8 +202,10 @@ class Sequence:
             passed.append((sequence, len(known)))
             seen.add(id(sequence))
             known.extend(sequence._items[: sequence._end][::-1])
-            if len(known) > LONGEST:
+            if len(known) + _still_counted(sequence._rest) > LONGEST:
                 raise Failure(messages.too_long(LONGEST), is_limit=True)
+            if len(passed) > STEPS:
+                raise Failure(messages.too_long(len(known) - 1), is_limit=True)
             sequence = sequence._rest.force()
         known.extend(sequence.items())
         known.reverse()
@@ -245,6 +253,9 @@ class Sequence:
         return self.uncons() is None
 
     def __len__(self) -> int:
+        still = 0 if self._rest is None else _still_counted(self._rest)
+        if still:
+            return self._end + still
         self.forced()
         return self._end
 
@@ -293,6 +304,29 @@ def counting_from(low: int, size: int = 16) -> Sequence:
     """``<low..>``: generated in chunks that double, the first of *size*."""
     rest = Thunk(lambda env: counting_from(low + size, min(2 * size, 1 << 14)), ())
     return Sequence.lazy(list(range(low, low + size)), rest, endless=True)
+
+
+def counting(low: int, high: int) -> Sequence:
+    """``<low..high>``: in chunks like :func:`counting_from` if it is long."""
+    if high - low < WRITTEN_OUT:
+        return Sequence(list(range(high, low - 1, -1)), max(0, high - low + 1))
+    return _count_on((low, high, 16))
+
+
+def _count_on(env: Env) -> Sequence:
+    low, high, size = env
+    if high - low < size:
+        return Sequence(list(range(high, low - 1, -1)), high - low + 1)
+    return Sequence.lazy(list(range(low, low + size)), Thunk(_count_on, (low + size, high, min(2 * size, 1 << 14))))
+
+
+def _still_counted(rest: Thunk) -> int:
+    """How many elements follow if *rest* is the rest of a long range; else 0."""
+    if rest.code is not _count_on:
+        return 0
+    assert rest.env is not None
+    low, high, _ = rest.env
+    return int(high - low + 1)
 
 
 EMPTY_SEQUENCE: Final = Sequence([], 0)

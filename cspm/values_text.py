@@ -14,6 +14,8 @@ from cspm.values_order import in_order
 ESCAPES = {"\n": "\\n", "\r": "\\r", "\t": "\\t"}
 SHORT = 60
 """The usual width of a value inside a sentence."""
+_AT_ONCE = 13_000
+"""Bits of an integer that Python writes in decimal without further ado."""
 
 
 def show(value: Any) -> str:
@@ -25,6 +27,17 @@ def show(value: Any) -> str:
     out: list[str] = []
     _write(deep(value), out, None)
     return "".join(out)
+
+
+def digits(number: int) -> str:
+    """An integer in decimal; Python itself refuses those of more than 4,300 digits."""
+    if number < 0:
+        return f"-{digits(-number)}"
+    if number.bit_length() < _AT_ONCE:
+        return str(number)
+    half = number.bit_length() * 3 // 20
+    high, low = divmod(number, 10**half)
+    return digits(high) + digits(low).zfill(half)
 
 
 def show_short(value: Any, width: int = SHORT) -> str:
@@ -58,7 +71,7 @@ def _write(value: Any, out: list[str], width: int | None) -> None:
         value = value.value
         kind = type(value)
     if kind is int:
-        out.append(str(value))
+        out.append(digits(value) if width is None or value.bit_length() < _AT_ONCE else "...")
     elif kind is Boolean:
         out.append("true" if value.truth else "false")
     elif kind is str:

@@ -13,7 +13,19 @@ from cspm.set_algebra import difference, intersection, union
 from cspm.sets import EMPTY_SET, EventsSet, Set, set_of
 from cspm.sets_symbolic import CHARACTERS, INTEGERS, PROCESSES, Maps, Sequences, Subsets
 from cspm.thunks import Env, Thunk, force
-from cspm.values import EMPTY_SEQUENCE, FALSE, TRUE, Boolean, Map, Sequence, boolean, deep, string
+from cspm.values import (
+    EMPTY_SEQUENCE,
+    FALSE,
+    FRUITLESS,
+    STEPS,
+    TRUE,
+    Boolean,
+    Map,
+    Sequence,
+    boolean,
+    deep,
+    string,
+)
 from cspm.values_compare import equal
 
 DATA: dict[str, Any] = {
@@ -212,7 +224,7 @@ def _tail(sequence: Any) -> Any:
 @builtin("concat", "v")
 def _concat(sequences: Any) -> Sequence:
     remaining = as_sequence(sequences)
-    while True:
+    for _ in range(FRUITLESS):
         step = remaining.uncons()
         if step is None:
             return EMPTY_SEQUENCE
@@ -220,6 +232,7 @@ def _concat(sequences: Any) -> Sequence:
         if not first.is_empty():
             return append(first, Thunk(_concat_rest, (step[1],)))
         remaining = force(step[1])
+    raise Failure(messages.nothing_found(FRUITLESS), is_limit=True)
 
 
 def _concat_rest(env: Env) -> Sequence:
@@ -257,6 +270,7 @@ def _append_rest(env: Env) -> Sequence:
 @builtin("elem", "vv")
 def _elem(value: Any, sequence: Any) -> Boolean:
     remaining: Any = as_sequence(sequence)
+    passed = 0
     while True:
         step = force(remaining).uncons()
         if step is None:
@@ -264,6 +278,10 @@ def _elem(value: Any, sequence: Any) -> Boolean:
         if equal(value, force(step[0])):
             return TRUE
         remaining = step[1]
+        passed += 1
+        # What is there already is looked through to its end; only what is still to be made may have none.
+        if passed > STEPS and type(remaining) is Thunk and remaining.code is not None:
+            raise Failure(messages.nothing_found(STEPS), is_limit=True)
 
 
 # --- maps ----------------------------------------------------------------------------------------------------

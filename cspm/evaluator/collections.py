@@ -17,7 +17,7 @@ from cspm.sets import EMPTY_SET, EventsSet, Range, Set, set_of
 from cspm.sets_symbolic import Integers
 from cspm.source import Span
 from cspm.thunks import Code, Env, force
-from cspm.values import EMPTY_SEQUENCE, Map, Sequence, counting_from, deep
+from cspm.values import EMPTY_SEQUENCE, Map, Sequence, counting, counting_from, deep
 
 
 @compiles(VALUES, syntax.TupleExpr)
@@ -121,9 +121,7 @@ def _sequence_range(evaluator: Evaluator, node: syntax.SequenceRange, frame: Fra
     high_span = node.high.span
 
     def count(env: Env) -> Sequence:
-        first = _bound(low(env), low_span)
-        last = _bound(high(env), high_span)
-        return Sequence(list(range(last, first - 1, -1)), max(0, last - first + 1))
+        return counting(_bound(low(env), low_span), _bound(high(env), high_span))
 
     return count
 

@@ -22,7 +22,7 @@ from cspm.set_algebra import union
 from cspm.sets import EMPTY_SET, Set, set_of
 from cspm.source import Span
 from cspm.thunks import Code, Env, Thunk, force
-from cspm.values import EMPTY_SEQUENCE, Sequence, deep
+from cspm.values import EMPTY_SEQUENCE, FRUITLESS, Sequence, deep
 
 Emit: TypeAlias = Callable[[Any], None]
 Loop: TypeAlias = Callable[[Env, Emit], None]
@@ -329,7 +329,10 @@ def _chunked(source: Code, span: Span, elements: Callable[[Env, list[Any]], list
     """
 
     def produce(env: Env, known: list[Any], position: int, rest: Any, size: int, endless: bool) -> Sequence:
+        passed = 0
         while True:
+            if passed > FRUITLESS:
+                raise Failure(messages.nothing_found(FRUITLESS), is_limit=True).at(span)
             stop = min(position + size, len(known))
             try:
                 found = elements(env, known[position:stop])
@@ -338,6 +341,7 @@ def _chunked(source: Code, span: Span, elements: Callable[[Env, list[Any]], list
                     raise
                 size = 1  # look no further ahead than was asked for
                 continue
+            passed += stop - position
             position = stop
             if position == len(known):
                 if rest is None:
@@ -392,7 +396,7 @@ def _joined(source: Code, span: Span, matcher: Matcher, then: Code) -> Code:
         return follow(*state)
 
     def follow(env: Env, remaining: Any) -> Sequence:
-        while True:
+        for _ in range(FRUITLESS):
             step = _source(force(remaining), span).uncons()
             if step is None:
                 return EMPTY_SEQUENCE
@@ -404,5 +408,6 @@ def _joined(source: Code, span: Span, matcher: Matcher, then: Code) -> Code:
             if first.is_empty():
                 continue
             return append(first, Thunk(later, (env, remaining)))
+        raise Failure(messages.nothing_found(FRUITLESS), is_limit=True).at(span)
 
     return lambda env: follow(env, _source(source(env), span))

@@ -25,6 +25,10 @@ Step: TypeAlias = Callable[[Env, Any, Branches], None]
 """Goes on from an environment and the event so far, and adds the branches found."""
 
 
+MOST_BRANCHES = 1 << 20
+"""A prefix offers at most so many events."""
+
+
 def _number(branch: tuple[int, Process]) -> int:
     return branch[0]
 
@@ -183,6 +187,8 @@ def _whole_field(
             general(env, event, branches)
             return
         numbers = head.channels.table.completions(head.declared, event.fields)
+        if len(numbers) > MOST_BRANCHES:
+            raise Failure(messages.too_many_completions(event, MOST_BRANCHES), is_limit=True).at(span)
         if not same:
             values = head.domains[-1].elements()
             branches.extend([(number, body((*env, value))) for number, value in zip(numbers, values, strict=True)])
@@ -210,6 +216,8 @@ def _input_over_all(span: Span, matcher: Matcher, rest: Step) -> Step:
             found = matcher(env, as_one(parts))
             if found is not None:
                 rest(found, joined(event, parts), branches)
+                if len(branches) > MOST_BRANCHES:
+                    raise Failure(messages.too_many_completions(event, MOST_BRANCHES), is_limit=True).at(span)
 
     return over_all
 
@@ -220,6 +228,8 @@ def _input(field: syntax.Field, last: bool, restriction: Code | None, matcher: M
     def read(env: Env, event: Any, branches: Branches) -> None:
         for found, extended in _choices(env, event, last, restriction, matcher, span):
             rest(found, extended, branches)
+            if len(branches) > MOST_BRANCHES:
+                raise Failure(messages.too_many_completions(event, MOST_BRANCHES), is_limit=True).at(span)
 
     return read
 

@@ -15,6 +15,7 @@ from cspm.events import EventSet
 from cspm.failure import Failure
 from cspm.messages import evaluation as messages
 from cspm.process import Process
+from cspm.sets import LARGEST
 from cspm.source import Span
 from cspm.thunks import Env
 
@@ -174,6 +175,8 @@ def _pair_events(left: Any, right: Any, span: Span) -> list[tuple[int, int]]:
 
 def _numbers(value: Dotted) -> Iterable[int]:
     completions = dots.completions(value)
+    if completions.exceeds(LARGEST):
+        raise Failure(messages.too_many_completions(value, LARGEST), is_limit=True)
     return () if completions.is_empty() else completions.events  # type: ignore[attr-defined]
 
 

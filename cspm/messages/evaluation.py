@@ -499,13 +499,24 @@ def nested_too_deep(limit: int) -> Diagnostic:
 @mistake(
     "CSP424",
     "a sequence without end",
-    explanation="The end or the length of an infinite sequence is needed.",
+    explanation=(
+        "The end or the length of an infinite sequence is needed, or an element of it that does not seem to come."
+    ),
     example="print #<0..>",
     repair="print #<0..9>",
 )
 def infinite_sequence() -> Diagnostic:
     """An infinite sequence would have to be evaluated to its end."""
     return Diagnostic("CSP424", "the sequence is infinite", help="use a finite part of it, such as `<0..9>`")
+
+
+def nothing_found(limit: int) -> Diagnostic:
+    """More than *limit* elements were looked through for one that there may not be."""
+    return Diagnostic(
+        "CSP424",
+        f"more than {limit:,} elements of a sequence were looked through in vain",
+        help="use a finite part of it, such as `<0..9>`",
+    )
 
 
 @mistake(
@@ -518,6 +529,16 @@ def infinite_sequence() -> Diagnostic:
 def too_large(found: Any, limit: int) -> Diagnostic:
     """The set *found* has more than *limit* elements."""
     return Diagnostic("CSP425", f"the set `{_show(found)}` has more than {limit:,} elements")
+
+
+def too_many_completions(found: Any, limit: int) -> Diagnostic:
+    """There are more than *limit* events or datatype values that start with *found*, a value or a channel's name."""
+    shown = found if type(found) is str else _show(found)
+    return Diagnostic(
+        "CSP425",
+        f"more than {limit:,} values start with `{shown}`",
+        help="restrict the fields to what is needed, as in `c?x:S`",
+    )
 
 
 def too_long(limit: int) -> Diagnostic:

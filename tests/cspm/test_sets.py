@@ -211,3 +211,36 @@ def test_what_cannot_be_listed_says_so() -> None:
         with pytest.raises(Failure) as raised:
             found.elements()
         assert raised.value.diagnostic.code == code
+
+
+ASTRONOMICAL = Range(1, 10**12)
+
+
+@pytest.mark.parametrize(
+    "large",
+    [
+        ASTRONOMICAL,
+        Subsets(ASTRONOMICAL),
+        Subsets(Subsets(Range(1, 100))),
+        Maps(ASTRONOMICAL, Range(0, 1)),
+        Maps(Range(0, 1), ASTRONOMICAL),
+        Product("tuple", (ASTRONOMICAL, ASTRONOMICAL)),
+    ],
+)
+def test_what_is_astronomical_is_compared_as_it_is_written_and_never_listed(large: Set) -> None:
+    assert not large.is_empty()
+    assert same(large, large)
+    assert subset(large, large)
+    assert not same(large, set_of([1]))
+    assert not subset(large, set_of([1]))
+    assert large.canonical() is large
+    with pytest.raises(Failure) as refused:
+        large.elements()
+    assert refused.value.diagnostic.code == "CSP425"
+
+
+@given(st.integers(0, 6), st.integers(0, 4), st.integers(0, 300))
+def test_a_set_exceeds_what_is_less_than_its_size(a: int, b: int, limit: int) -> None:
+    small, other = Range(1, a), Range(1, b)
+    for found in (small, Subsets(small), Maps(small, other), Product("dot", (small, other))):
+        assert found.exceeds(limit) == (len(found.elements()) > limit)
