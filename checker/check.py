@@ -16,7 +16,6 @@ from checker.machines import KEPT_BYTES, Machines
 from checker.properties import deadlock_free, divergence_free, has_trace
 from checker.refinement import refines
 from checker.search import Progress
-from checker.transitions import UnsupportedOperator
 from checker.verdict import Limits, Outcome, Verdict
 from cspm.events import EventSet, EventTable
 from cspm.oz.syntax import DataRefinement, Obligations, Subtype
@@ -89,8 +88,7 @@ class Checker:
     def check(self, assertion: Assertion) -> Outcome:
         """The answer to an assertion of the script.
 
-        Models that are not checked and functions that are not supported give ``unknown`` with that reason. The
-        option ``partial order reduce`` asks for a faster search and is ignored: the whole space is searched, with
+        The option ``partial order reduce`` asks for a faster search and is ignored: the whole space is searched, with
         the same verdict. ``tau priority`` gives both sides priority to tau and tick over the option's events.
 
         Raises:
@@ -205,7 +203,6 @@ class Checker:
         Raises:
             Incomplete: a limit was reached.
             ScriptError: a definition cannot be evaluated.
-            UnsupportedOperator: the process applies a function that the engine lacks.
         """
         return self._machines.lts(process, Budget(self._limits))
 
@@ -231,8 +228,6 @@ def _answered(budget: Budget, check: Callable[[], Outcome]) -> Outcome:
         return check()
     except Incomplete as incomplete:
         return budget.outcome(Verdict.UNKNOWN, incomplete.reason, incomplete.states, incomplete.transitions)
-    except UnsupportedOperator as unsupported:
-        return budget.outcome(Verdict.UNKNOWN, str(unsupported), 0, 0)
 
 
 def _unchecked(budget: Budget, model: Model) -> Outcome:

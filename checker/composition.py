@@ -68,7 +68,6 @@ class Compiler:
         Raises:
             LimitReached: a component, or what fits no network, has more states than the limit.
             ScriptError: a definition calls itself before any event, or cannot be evaluated.
-            UnsupportedOperator: a function is applied that the engine lacks.
         """
         most = min(MOST_TERMS if limits.states is None else limits.states, _terms_in(limits.memory_bytes))
         self._machines.poll = poll

@@ -120,7 +120,6 @@ class Formats:
         Ambiguous: a term left whole because it is small may also be reached in parts; with *small* 0 it may work.
         Unsuited: the process has no such formats, or too many of them, or a component is too large.
         ScriptError: a definition cannot be evaluated.
-        UnsupportedOperator: a function is applied that the engine lacks.
     """
 
     def __init__(self, process: Process, semantics: Semantics, machines: Machines, small: int, most: int) -> None:

@@ -17,6 +17,7 @@ from cspm.process import (
     SKIP,
     AlphabetisedParallel,
     Compressed,
+    External,
     ExternalChoice,
     Fused,
     Hide,
@@ -58,7 +59,11 @@ _ACTIVE: dict[type[Process], Callable[[Any], Operands]] = {
     Compressed: lambda p: (p.process,),
     Fused: lambda p: (p.process,),
     Prioritised: lambda p: (p.process,),
+    # The other functions do not let their operands run: they follow them.
+    External: lambda p: (p.process,) if p.function == "prioritisepo" else (),
 }
+_UNFOLDED: dict[type[Process], Callable[[Any], Operands]] = {**_ACTIVE, External: lambda p: (p.process,)}
+"""The operands that must be in head normal form for a term to be."""
 
 
 def active(process: Process) -> Operands:
@@ -94,7 +99,19 @@ _REBUILD: dict[type[Process], Callable[[Any, Operands], Process]] = {
     Compressed: lambda p, q: q[0],
     Fused: lambda p, q: q[0],
     Prioritised: _unary(lambda p, q: Prioritised(q, p.levels)),
+    External: lambda p, q: applied(p, q[0]),
 }
+IDEMPOTENT = ("chase", "chase_nocache", "deter")
+"""Functions that change nothing where they have been applied already, nor SKIP."""
+
+
+def applied(p: External, operand: Process) -> Process:
+    """The function of *p* applied to another operand, in head normal form if the operand is."""
+    if p.function in IDEMPOTENT and isinstance(operand, External) and operand.function == p.function:
+        return operand
+    if operand is SKIP and p.function in (*IDEMPOTENT, "prioritisepo"):
+        return SKIP
+    return External(p.function, operand, p.arguments)
 
 
 def with_active(process: Process, operands: Operands) -> Process:
@@ -125,12 +142,12 @@ class HeadNormalForms:
         found = self._known.get(process)
         if found is not None:
             return found
-        if type(process) not in _ACTIVE:
+        if type(process) not in _UNFOLDED:
             return process
         if isinstance(process, Reference):
             # By far the most frequent case: a name for something that begins with an event.
             body = process.body()
-            if type(body) not in _ACTIVE:
+            if type(body) not in _UNFOLDED:
                 self._names.setdefault(body, process)
                 self._known[process] = body
                 return body
@@ -152,14 +169,14 @@ class HeadNormalForms:
             if term in known:
                 todo.pop()
                 continue
-            operands = active(term)
+            operands = _UNFOLDED[type(term)](term)
             if term not in entered:
                 entered[term] = None
                 if isinstance(term, Reference):
                     unfolding += 1
                     if unfolding > MAXIMAL_UNFOLDING:
                         raise ScriptError(_endless(entered))
-                missing = [q for q in operands if q not in known and type(q) in _ACTIVE]
+                missing = [q for q in operands if q not in known and type(q) in _UNFOLDED]
                 for operand in missing:
                     if operand in entered:
                         raise ScriptError(_cycle(entered, operand))
@@ -178,7 +195,7 @@ class HeadNormalForms:
         return known[process]
 
 
-_TRANSPARENT = (Reference, Compressed, Fused, Hide, Project, Rename, Prioritised)
+_TRANSPARENT = (Reference, Compressed, Fused, Hide, Project, Rename, Prioritised, External)
 
 
 def definition_name(reference: Reference) -> str:

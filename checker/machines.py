@@ -80,7 +80,6 @@ class Machines:
         Raises:
             Incomplete: a component is too large for a limit, or took too long.
             ScriptError: a definition cannot be evaluated.
-            UnsupportedOperator: the process applies a function that the engine lacks.
         """
         original = original or self.full
         key = ("packed", process, original)

@@ -167,20 +167,34 @@ def too_many_states(name: str, states: int, span: Span | None) -> Diagnostic:
 
 @mistake(
     "CSP506",
-    "function not supported",
+    "functions around one another without end",
     explanation="""
-The script applies an external function that the engine cannot compute. What depends on it has the verdict `unknown`.
+Each round of a recursion applies functions to what is left of the round before (`chase`, `deter`, a watchdog), so that
+they stand around one another ever deeper and no state comes back. One function around itself is no trouble.
 """,
     example="""
 channel a
-external chase
-assert chase(a -> STOP) :[deadlock free]
+external chase, deter
+P = a -> chase(Q)
+Q = a -> deter(P)
+assert P :[deadlock free]
 """,
-    repair="leave the function out if the result does not depend on it, or use one of the supported functions",
+    repair="""
+channel a
+external chase, deter
+P = a -> Q
+Q = a -> P
+assert chase(deter(P)) :[deadlock free]
+""",
 )
-def unsupported_function(function: str) -> Diagnostic:
-    """*function* is an external function of the language that the engine lacks."""
-    return Diagnostic("CSP506", f"the function `{function}` is not supported", help="leave it out if you can")
+def nested_functions(function: str, depth: int) -> Diagnostic:
+    """*function* is the innermost of *depth* functions that each follow their operand."""
+    return Diagnostic(
+        "CSP506",
+        f"`{function}` and other functions are applied to one another {depth} deep",
+        annotation="nested without end",
+        help="apply the function to the whole process, outside the recursion",
+    )
 
 
 def _states(number: int) -> str:

@@ -128,7 +128,6 @@ class Runner:
 
         Raises:
             ScriptError: a definition calls itself before any event, or cannot be evaluated.
-            UnsupportedOperator: a function is applied that the engine lacks.
         """
         return self.semantics.transitions(running.state)
 

@@ -18,11 +18,14 @@ import numpy as np
 from checker.growth import LimitReached, too_many
 from checker.head_normal import HeadNormalForms, active
 from checker.lts import Lts
+from checker.messages import nested_functions
+from checker.transitions_external import FOLLOWING, watch
 from checker.transitions_parallel import CONCURRENT_RULES
 from checker.transitions_rows import Row, Step
-from checker.transitions_sequential import SEQUENTIAL_RULES, UnsupportedOperator
+from checker.transitions_sequential import SEQUENTIAL_RULES
 from checker.verdict import Limits
-from cspm.process import Process
+from cspm.diagnostics import ScriptError
+from cspm.process import External, Process, Watchdog
 
 __all__ = [
     "Explored",
@@ -30,7 +33,6 @@ __all__ = [
     "MoreStates",
     "Poll",
     "Semantics",
-    "UnsupportedOperator",
     "breadth_first",
     "explore",
     "transitions",
@@ -38,6 +40,8 @@ __all__ = [
 
 _RULES = SEQUENTIAL_RULES | CONCURRENT_RULES
 _POLL_EVERY = 1024
+MOST_NESTED = 50
+"""So many functions around one another that each follow their operand are taken for a recursion that never ends."""
 
 
 class Semantics:
@@ -50,6 +54,7 @@ class Semantics:
     def __init__(self) -> None:
         self.heads = HeadNormalForms()
         self._known: dict[Process, Row] = {}
+        self._nested = 0
 
     def state(self, process: Process) -> Process:
         """The state that *process* is: its head normal form.
@@ -64,7 +69,6 @@ class Semantics:
 
         Raises:
             ScriptError: a definition calls itself before any event, or cannot be evaluated.
-            UnsupportedOperator: a function is applied that the engine lacks.
         """
         known = self._known
         found = known.get(state)
@@ -86,12 +90,32 @@ class Semantics:
 
     def applied(self, term: Process, rows: list[Row]) -> list[Step]:
         """What the rule of the operator of *term* gives for operands with these transitions, in no special order."""
+        if isinstance(term, (External, Watchdog)) and term.function in FOLLOWING:
+            return self._followed(term)
         return _RULES[type(term)](self.heads.of, term, rows)
 
     def _apply(self, term: Process) -> Row:
         known = self._known
-        steps = _RULES[type(term)](self.heads.of, term, [known[operand] for operand in active(term)])
+        steps = self.applied(term, [known[operand] for operand in active(term)])
         return tuple(sorted(dict.fromkeys(steps), key=_event)) if len(steps) > 1 else tuple(steps)
+
+    def _followed(self, term: External | Watchdog) -> list[Step]:
+        """What a function does that looks at more than the next step of its operand."""
+        if self._nested == MOST_NESTED:
+            raise ScriptError(nested_functions(term.function, MOST_NESTED))
+        self._nested += 1
+        try:
+            if isinstance(term, Watchdog):
+                return watch(self.heads.of, term, self._remembered)
+            return FOLLOWING[term.function](self.heads.of, term, self._remembered)
+        finally:
+            self._nested -= 1
+
+    def _remembered(self, state: Process) -> Row:
+        row = self._known.get(state)
+        if row is None:
+            row = self._known[state] = self.transitions(state)
+        return row
 
 
 _event = itemgetter(0)
@@ -102,7 +126,6 @@ def transitions(process: Process) -> Row:
 
     Raises:
         ScriptError: a definition calls itself before any event, or cannot be evaluated.
-        UnsupportedOperator: a function is applied that the engine lacks.
     """
     semantics = Semantics()
     return semantics.transitions(semantics.state(process))
@@ -144,7 +167,6 @@ def explore(
     Raises:
         LimitReached: there are more states than the limit.
         ScriptError: a definition calls itself before any event, or cannot be evaluated.
-        UnsupportedOperator: a function is applied that the engine lacks.
     """
     semantics = semantics or Semantics()
     try:

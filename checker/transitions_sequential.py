@@ -9,9 +9,8 @@ from collections.abc import Callable
 from typing import Any
 
 from checker.budget import Incomplete
-from checker.messages import unsupported_function
+from checker.transitions_external import prioritise_by_order
 from checker.transitions_rows import Row, State, Step
-from cspm.diagnostics import Diagnostic
 from cspm.events import TAU, TICK, EventSet
 from cspm.process import (
     DIV,
@@ -44,20 +43,6 @@ from cspm.process import (
 
 MOST_TRANSITIONS = 1 << 22
 """No state is listed that has more transitions than this."""
-
-
-class UnsupportedOperator(Exception):
-    """A function of the language that the engine cannot compute; what depends on it is ``unknown``.
-
-    Attributes:
-        function: its name in the language.
-        diagnostic: CSP506.
-    """
-
-    def __init__(self, function: str) -> None:
-        self.function = function
-        self.diagnostic: Diagnostic = unsupported_function(function)
-        super().__init__(self.diagnostic.message)
 
 
 def _none(state: State, p: Process, rows: list[Row]) -> list[Step]:
@@ -225,7 +210,9 @@ def _buffer(state: State, p: Buffer, rows: list[Row]) -> list[Step]:
 
 
 def _external(state: State, p: External, rows: list[Row]) -> list[Step]:
-    raise UnsupportedOperator(p.function)
+    """The other functions look further than at the transitions of an operand (``checker.transitions_external``)."""
+    assert p.function == "prioritisepo"
+    return prioritise_by_order(p, rows[0])
 
 
 SEQUENTIAL_RULES: dict[type[Process], Callable[[State, Any, list[Row]], list[Step]]] = {

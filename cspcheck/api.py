@@ -232,17 +232,11 @@ class Process:
 
         Raises:
             Incomplete: it has more than *max_states* states, or needs more memory than the machine can give.
-            ScriptError: the process cannot be evaluated, or applies a function that is not supported.
+            ScriptError: the process cannot be evaluated.
             ValueError: *max_states* is not above zero.
         """
-        from checker.messages import unsupported_function
-        from checker.transitions import UnsupportedOperator
-
         checker = self._owner._checker(checking.limits(_positive("max_states", max_states)), None, True)
-        try:
-            return Machine(checker.lts(self._term), self._owner._script.events)
-        except UnsupportedOperator as unsupported:
-            raise ScriptError(unsupported_function(str(unsupported))) from None
+        return Machine(checker.lts(self._term), self._owner._script.events)
 
 
 class Machine:

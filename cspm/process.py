@@ -265,6 +265,21 @@ class External(Process):
     arguments: tuple[Hashable, ...]
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Watchdog(Process):
+    """A watchdog of the external functions at work: an observer of *events* that performs *bark* after a wrong one.
+
+    ``members`` are the states that the specification can be in after what has been observed. ``insists``: the events
+    that a watchdog for failures offers alone, to see whether all are refused; None while it does not insist.
+    """
+
+    function: str
+    members: frozenset[Process]
+    events: EventSet
+    bark: int
+    insists: frozenset[int] | None = None
+
+
 class Reference(Process):
     """A named process with its evaluated arguments, evaluated once, on demand.
 

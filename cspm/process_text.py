@@ -205,6 +205,15 @@ def _applied(w: _Writer, t: Any, depth: int) -> None:
     w.add(", ...)" if arguments else ")")
 
 
+def _watchdog(w: _Writer, t: process.Watchdog, depth: int) -> None:
+    """The least text of the specification's states stands for all of them."""
+    texts = sorted(describe(member, w.events) for member in t.members)
+    more = f" or {len(texts) - 1} more" if len(texts) > 1 else ""
+    w.add(f"{t.function} of {texts[0]}{more}")
+    if t.insists is not None:
+        w.add(f" insisting on {{{', '.join(w.events.name(event) for event in sorted(t.insists))}}}")
+
+
 def _prioritised(w: _Writer, t: process.Prioritised, depth: int) -> None:
     w.add("prioritise(")
     w.write(t.process, 0, depth)
@@ -248,6 +257,7 @@ _FORMS: dict[type[process.Process], tuple[int, Form]] = {
     process.Compressed: (_ATOM, _applied),
     process.Fused: (_ATOM, lambda w, t, depth: w.write(t.process, _ATOM, depth)),
     process.External: (_ATOM, _applied),
+    process.Watchdog: (_ATOM, _watchdog),
     process.Prioritised: (_ATOM, _prioritised),
     process.Reference: (_ATOM, lambda w, t, depth: w.add(t.text)),
 }

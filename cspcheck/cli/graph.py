@@ -74,8 +74,6 @@ def _rendered(picture: Picture, suffix: str) -> str:
 
 def _machine(script: Script, text: str, most: int) -> Picture:
     from checker.budget import Incomplete
-    from checker.messages import unsupported_function
-    from checker.transitions import UnsupportedOperator
     from checker.verdict import Limits
     from cspcheck import checking
     from cspcheck.drawing.machines import machine_picture
@@ -86,8 +84,6 @@ def _machine(script: Script, text: str, most: int) -> Picture:
         lts = checking.checker_for(script, settings, checking.NoWatch()).lts(process)
     except Incomplete:
         raise ScriptError(too_large_to_draw(text, most)) from None
-    except UnsupportedOperator as unsupported:
-        raise ScriptError(unsupported_function(str(unsupported))) from None
     return machine_picture(text, lts, script.events)
 
 

@@ -95,14 +95,9 @@ def _keep_standard_input(path: str) -> None:
 
 
 def _probe(script: Script, process: Any, run: Any = (), seed: int = 0) -> Probe:
-    from checker.transitions import UnsupportedOperator
     from cspcheck.probing import Probe
-    from cspm.diagnostics import ScriptError
 
-    try:
-        return Probe(process, script.events, run=run, seed=seed)
-    except UnsupportedOperator as unsupported:
-        raise ScriptError(unsupported.diagnostic) from None
+    return Probe(process, script.events, run=run, seed=seed)
 
 
 def _talk(commands: Commands, write: Any, style: Style) -> int:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from checker.transitions import UnsupportedOperator
 from cspcheck.probing import NoSuchStep, Probe, Step, step_name
 from cspcheck.quantities import count
 from cspcheck.report.diagnostics import render_diagnostics
@@ -114,8 +113,6 @@ class Commands:
             self._fail(str(error))
         except ScriptError as error:
             self._fail(render_diagnostics(error.diagnostics, self._style).rstrip())
-        except UnsupportedOperator as unsupported:
-            self._fail(render_diagnostics([unsupported.diagnostic], self._style).rstrip())
         return True
 
     def _is_channel(self, text: str) -> bool:

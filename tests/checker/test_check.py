@@ -13,7 +13,7 @@ from checker import machines
 from checker.budget import Budget
 from checker.check import Checker
 from checker.verdict import Limits, Outcome, Verdict
-from cspm.process import DIV, STOP, Chaos, External, Prefix, Process, Reference, Run
+from cspm.process import DIV, STOP, Chaos, Prefix, Process, Reference, Run
 from tests.checker.terms import compositions, processes, reference
 from tests.checker.textbook import (
     a,
@@ -250,13 +250,6 @@ class TestWhatCannotBeChecked:
             checker().check_property(STOP, "deadlock free", model),  # type: ignore[arg-type]
         ):
             assert (outcome.verdict, outcome.reason) == (Verdict.UNKNOWN, reason)
-
-    def test_functions(self) -> None:
-        process = External("chase", STOP, ())
-        outcome = checker().check_property(process, "deadlock free")
-        assert (outcome.verdict, outcome.reason) == (Verdict.UNKNOWN, "the function `chase` is not supported")
-        assert checker().check_refinement(STOP, "T", process).verdict is Verdict.UNKNOWN
-        assert checker().check_refinement(process, "T", STOP).verdict is Verdict.UNKNOWN
 
     def test_determinism_in_traces(self) -> None:
         outcome = checker().check_property(STOP, "deterministic", "T")

@@ -6,7 +6,7 @@ import pytest
 
 from checker import actions
 from checker.composition import Compiler, compile_network
-from checker.transitions import LimitReached, UnsupportedOperator
+from checker.transitions import LimitReached
 from checker.verdict import Limits
 from cspm.diagnostics import Diagnostic, ScriptError
 from cspm.events import EventSet
@@ -14,7 +14,6 @@ from cspm.process import (
     SKIP,
     STOP,
     Definition,
-    External,
     ExternalChoice,
     Hide,
     Parallel,
@@ -153,7 +152,3 @@ class TestScriptErrors:
         process = reference("P", lambda: Sequential(process, STOP))
         with pytest.raises(ScriptError, match="`P` calls itself before any event"):
             compile_network(Parallel(NOTHING, (STOP, prefix(a, process))))
-
-    def test_a_function_that_the_engine_lacks(self) -> None:
-        with pytest.raises(UnsupportedOperator, match="the function `deter` is not supported"):
-            compile_network(Parallel(NOTHING, (STOP, prefix(a, External("deter", STOP, ())))))

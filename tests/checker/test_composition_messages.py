@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from checker.composition import compile_network
-from checker.transitions import LimitReached, UnsupportedOperator
+from checker.transitions import LimitReached
 from checker.verdict import Limits
 from cspm import script
 from cspm.diagnostics import MISTAKES, ScriptError
@@ -25,7 +25,7 @@ def mistakes_in(text: str) -> set[str]:
             compile_network(loaded.process(assertion.node.process), Limits(states=3_000))
         except ScriptError as error:
             codes |= {diagnostic.code for diagnostic in error.diagnostics}
-        except (LimitReached, UnsupportedOperator) as reached:
+        except LimitReached as reached:
             codes.add(reached.diagnostic.code)
     return codes
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from checker.transitions import UnsupportedOperator, explore, transitions
+from checker.transitions import explore, transitions
 from cspm.events import TAU, TICK, EventSet
 from cspm.process import (
     DIV,
@@ -14,7 +14,6 @@ from cspm.process import (
     Buffer,
     Chaos,
     Compressed,
-    External,
     ExternalChoice,
     Hide,
     InternalChoice,
@@ -274,15 +273,6 @@ class TestBuffers:
 class TestFunctions:
     def test_a_compression_means_its_operand(self) -> None:
         assert transitions(prefix(b, Compressed("normal", Compressed("sbisim", P)))) == ((b, P),)
-
-    def test_a_function_that_the_engine_lacks(self) -> None:
-        chased = External("chase", P, ())
-        assert transitions(prefix(a, chased)) == ((a, chased),)
-        with pytest.raises(UnsupportedOperator) as failure:
-            transitions(chased)
-        assert failure.value.function == "chase"
-        assert failure.value.diagnostic.code == "CSP506"
-        assert failure.value.diagnostic.message == "the function `chase` is not supported"
 
 
 class TestOrder:
