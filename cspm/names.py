@@ -396,8 +396,8 @@ class _Resolver:
         if node.operator == "<->":
             if scope.timed:
                 self.report(messages.not_in_timed_section("a linked parallel", node.span))
-            self._pairs(node.links, self._statements(node.link_statements or (), scope))
         inner = self._statements(node.statements, scope)
+        self._pairs(node.links, self._statements(node.link_statements or (), inner))
         if node.events is not None:
             self.visit(node.events, inner if node.operator == "||" else scope)
         self.visit(node.body, inner)

@@ -310,7 +310,8 @@ class Replicated(Expr):
 
     ``events`` is the set of ``[| A |]`` and ``[+ A +]`` (evaluated outside the statements) and the alphabet of
     ``|| x : S @ [A(x)] P`` (evaluated inside them). ``links`` and ``link_statements`` belong to ``<->``,
-    written ``[ a <-> b | stmts ] x : s @ P``.
+    written ``[ a <-> b | stmts ] x : s @ P``, and are evaluated inside the statements too: those of one process link
+    it to the chain of those behind it.
     """
 
     operator: ReplicatedOperator

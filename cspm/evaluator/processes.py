@@ -246,6 +246,8 @@ def _linked(evaluator: Evaluator, node: syntax.LinkedParallel, frame: Frame) -> 
 def _replicated(evaluator: Evaluator, node: syntax.Replicated, frame: Frame) -> ProcessCode:
     if node.operator == "||":
         return _replicated_alphabetised(evaluator, node, frame)
+    if node.operator == "<->":
+        return _replicated_links(evaluator, node, frame)
     timing = frame.timing
     operands = collect_processes(evaluator, node.statements, frame, lambda inside: evaluator.process(node.body, inside))
     span = node.span
@@ -267,8 +269,6 @@ def _replicated(evaluator: Evaluator, node: syntax.Replicated, frame: Frame) -> 
             return choose
         case ";":
             return _sequence(operands, frame)
-        case "<->":
-            return _replicated_links(evaluator, node, frame, operands)
         case "[+":
             assert node.events is not None
             events = _with_tock(evaluator.events(node.events, frame), frame)
@@ -315,20 +315,28 @@ def _sequence(operands: Callable[[Env], list[Process]], frame: Frame) -> Process
     return run
 
 
-def _replicated_links(
-    evaluator: Evaluator, node: syntax.Replicated, frame: Frame, operands: Callable[[Env], list[Process]]
-) -> ProcessCode:
-    pairs = _pairs(evaluator, node.links, node.link_statements, frame)
+def _replicated_links(evaluator: Evaluator, node: syntax.Replicated, frame: Frame) -> ProcessCode:
+    """A chain: each process is linked to the chain behind it, by the links that its values of the variables give.
+
+    Those of the last process link nothing and are not looked at: ``[c.i <-> c.(i + 1)]`` may lead out of the channel.
+    """
     span = node.span
 
+    def innermost(inside: Frame) -> Callable[[Env], tuple[Process, Callable[[], list[tuple[int, int]]]]]:
+        body = evaluator.process(node.body, inside)
+        pairs = _pairs(evaluator, node.links, node.link_statements, inside)
+        return lambda env: (body(env), lambda: pairs(env))
+
+    members = collect_processes(evaluator, node.statements, frame, innermost)
+
     def chain(env: Env) -> Process:
-        links = _links(evaluator, pairs(env), span)
-        found = operands(env)
+        found = members(env)
         if not found:
             raise Failure(messages.empty_linked_parallel(span))
-        result = found.pop()
+        result, _ = found.pop()
         while found:
-            result = process.LinkedParallel(found.pop(), links, result)
+            left, pairs = found.pop()
+            result = process.LinkedParallel(left, _links(evaluator, pairs(), span), result)
         return result
 
     return chain
