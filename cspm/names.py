@@ -393,9 +393,8 @@ class _Resolver:
         self._pairs(node.pairs, self._statements(node.statements or (), scope))
 
     def _visit_replicated(self, node: syntax.Replicated, scope: Scope) -> None:
-        if node.operator == "<->":
-            if scope.timed:
-                self.report(messages.not_in_timed_section("a linked parallel", node.span))
+        if node.operator == "<->" and scope.timed:
+            self.report(messages.not_in_timed_section("a linked parallel", node.span))
         inner = self._statements(node.statements, scope)
         self._pairs(node.links, self._statements(node.link_statements or (), inner))
         if node.events is not None:

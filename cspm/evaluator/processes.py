@@ -333,7 +333,7 @@ def _replicated_links(evaluator: Evaluator, node: syntax.Replicated, frame: Fram
         found = members(env)
         if not found:
             raise Failure(messages.empty_linked_parallel(span))
-        result, _ = found.pop()
+        result: Process = found.pop()[0]
         while found:
             left, pairs = found.pop()
             result = process.LinkedParallel(left, _links(evaluator, pairs(), span), result)
