@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from checker.proof.definedness import extreme
-from checker.proof.terms import quantified
+from checker.proof.terms import TRUE, implication, member, quantified, universe, variables
 from cspm.oz import core
 from cspm.oz.core import BOOL, Apply, Comprehension, Term
 from cspm.oz.substitution import rebuilt
@@ -58,3 +60,23 @@ def with_extremes_described(term: Term) -> Term:
 def plain(term: Term) -> Term:
     """A predicate that the encoder has formulas for."""
     return without_descriptions(with_extremes_described(term))
+
+
+def extremes_exist(term: Term) -> Iterator[Term]:
+    """That finite sets have least and greatest elements, for the sets of which a predicate says that they have."""
+    if isinstance(term, core.Quantifier) and term.kind == "exists" and len(term.binders) == 1:
+        (best,), condition = term.binders, term.condition
+        inner = condition if isinstance(condition, core.Quantifier) else term.body
+        if (
+            isinstance(inner, core.Quantifier)
+            and inner.kind == "forall"
+            and len(inner.binders) == 1
+            and inner.binders[0].carrier == best.carrier
+            and not any(role == "bound" for _, role in variables(best.carrier))
+        ):
+            set_type = best.carrier.type
+            finite = Apply(type=core.SetType(set_type), operator="finset1", operands=(universe(best.type),))
+            alone = quantified("exists", term.binders, inner, TRUE)
+            yield implication(member(best.carrier, finite), alone)
+    for part in core.parts(term):
+        yield from extremes_exist(part)

@@ -205,11 +205,47 @@ class Encoder:
                     self.facts += [number >= 0, number <= scope]
                     array = z3.Store(array, item, number)
                 return self.listed(array, items)
+            case core.FreeType() if sorts.recursive(type_):
+                return self._grown(type_, name, scope)
             case core.TupleType(items=parts):
                 return sorts.make(type_, [self.unknown(part, f"{name}.{i}") for i, part in enumerate(parts)])
             case core.RecordType(fields=fields):
                 return sorts.make(type_, [self.unknown(part, f"{name}.{field}") for field, part in fields])
         return None
+
+    def _grown(self, type_: core.FreeType, name: str, depth: int) -> Expr:
+        """A value of a recursive free type in which constructors are at most so deep in one another."""
+        sort = self.sorts.sort(type_)
+        choices: list[Expr] = []
+        for index, (_, carrier) in enumerate(self.sorts.free(type_).branches):
+            if carrier is None:
+                choices.append(sort.constructor(index)())
+            elif depth > 0:
+                argument = self._argument(element_of(carrier), type_, f"{name}.{index}", depth - 1)
+                if argument is not None:
+                    self.facts.append(self.member(argument, carrier))
+                    choices.append(sort.constructor(index)(argument))
+            elif not self.sorts.contains(element_of(carrier), type_):
+                argument = self.unknown(element_of(carrier), f"{name}.{index}")
+                self.facts.append(self.member(argument, carrier))
+                choices.append(sort.constructor(index)(argument))
+        if not choices:
+            raise Unsupported(f"the free type `{type_}`, which has no values without others of it")
+        result = choices[-1]
+        for choice in reversed(choices[:-1]):
+            result = z3.If(self.unknown(BOOL, f"{name}?"), choice, result)
+        return result
+
+    def _argument(self, type_: core.Type, whole: core.FreeType, name: str, depth: int) -> Expr | None:
+        """An argument of a constructor of *whole*; None for one that this does not build."""
+        if type_ == whole:
+            return self._grown(whole, name, depth)
+        if isinstance(type_, core.TupleType):
+            parts = [self._argument(part, whole, f"{name}.{i}", depth) for i, part in enumerate(type_.items)]
+            if any(part is None for part in parts):
+                return None
+            return self.sorts.make(type_, [part for part in parts if part is not None])
+        return None if self.sorts.contains(type_, whole) else self.unknown(type_, name)
 
     def listed(self, formula: Expr, values: list[Expr]) -> Expr:
         """Remember values among which the elements of a set, or the arguments of a function, are."""

@@ -91,7 +91,7 @@ class Settings:
     """
 
     seconds: float = 10.0
-    scopes: tuple[int, ...] = (1, 2, 3)
+    scopes: tuple[int, ...] = (1, 2, 3, 6)
     seed: int = 1
     deadline: float | None = None
     smtlib: list[tuple[str, str]] | None = field(default=None)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import z3
 
 from checker.proof.definedness import Definedness
-from checker.proof.descriptions import plain
+from checker.proof.descriptions import extremes_exist, plain
 from checker.proof.encode import Encoder
 from checker.proof.one_point import eliminated, simplified, taken_apart
 from checker.proof.question import Answer, Found, Impossible, NotUpTo, Part, Question, Settings, Unanswered
@@ -90,6 +90,7 @@ class Solver:
     def _bounded(self, question: Question, parts: list[Part], reason: str, end: float) -> Answer:
         """The question in small scopes."""
         searched = 0
+        given = any(_has_given(part.term) for part in parts)
         for number, scope in enumerate(self.settings.scopes):
             left = end - self._clock()
             if left <= 0.05:
@@ -100,7 +101,9 @@ class Solver:
                 return attempt.found
             if attempt.result != "unsat":
                 break
-            searched = scope
+            # A given set has as many elements as the scope says, not fewer: a gap in the scopes is a gap in the search.
+            if not given or scope == searched + 1:
+                searched = scope
         return NotUpTo(searched, reason) if searched else Unanswered(reason)
 
     def _attempt(self, question: Question, parts: list[Part], scope: int | None, seconds: float) -> _Attempt:
@@ -128,15 +131,16 @@ class Solver:
         for part in parts:
             # Simplification drops what makes no difference to the truth, undefined terms included: it comes second.
             for term in (part.term,) if part.total else self.definedness.holding([part.term]):
-                terms.append(taken_apart(simplified(term), _result))
+                terms.append(taken_apart(plain(simplified(term)), _result))
+        terms += [plain(lemma) for term in list(terms) for lemma in extremes_exist(term)]
         if solve:
             results = [Unknown(v, universe(v.type)) for v in variables_of(terms).values() if _result(v)]
             values: list[tuple[Variable, Term]] = []
             _, solved = eliminated(results, terms, values)
             terms = list(solved)
             for variable, value in reversed(values):
-                encoder.values[variable.name, variable.role] = encoder.term(plain(value))
-        return [encoder.term(plain(term)) for term in terms]
+                encoder.values[variable.name, variable.role] = encoder.term(value)
+        return [encoder.term(term) for term in terms]
 
     def _write_out(self, solver: Expr, scope: int | None) -> None:
         if self.settings.smtlib is not None:
@@ -291,6 +295,26 @@ def _sized(part: Part) -> bool:
     return False
 
 
+def _has_given(term: Term) -> bool:
+    """Whether a term speaks of given sets."""
+    return _mentions_given(term.type) or any(map(_has_given, core.parts(term)))
+
+
+def _mentions_given(type_: core.Type) -> bool:
+    match type_:
+        case core.GivenType():
+            return True
+        case core.TupleType(items=items):
+            return any(map(_mentions_given, items))
+        case core.RecordType(fields=fields):
+            return any(_mentions_given(part) for _, part in fields)
+        case core.SetType(element=element) | core.SequenceType(element=element) | core.BagType(element=element):
+            return _mentions_given(element)
+        case core.FunctionType(domain=domain, range=range_):
+            return _mentions_given(domain) or _mentions_given(range_)
+    return False
+
+
 def _has_size(type_: core.Type) -> bool:
     match type_:
         case core.GivenType() | core.SequenceType() | core.FunctionType() | core.BagType():
@@ -308,9 +332,12 @@ def _has_size(type_: core.Type) -> bool:
 def _check(solver: Expr, seconds: float, clock: Callable[[], float]) -> Expr:
     solver.set("timeout", max(1, int(seconds * 1000)))
     try:
-        return solver.check()
+        result = solver.check()
     except z3.Z3Exception:
         return z3.unknown
+    if result == z3.unknown and "interrupted" in solver.reason_unknown():
+        raise KeyboardInterrupt  # the solver takes the signal for itself
+    return result
 
 
 def _because(reason: str, seconds: float) -> str:

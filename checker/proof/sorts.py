@@ -179,6 +179,10 @@ class Sorts:
         arguments = [element_of(a) for _, a in self.free(type_).branches if a is not None]
         return any(self._reaches(part, {type_}) for part in arguments)
 
+    def contains(self, type_: core.Type, part: core.FreeType) -> bool:
+        """Whether a value of a type can contain one of a free type."""
+        return self._reaches(type_, {part})
+
     # --- values ------------------------------------------------------------------------------------------------------
 
     def truth(self, value: bool) -> Expr:

@@ -225,3 +225,64 @@ def test_the_page_about_proof_lists_every_obligation_with_its_weight() -> None:
     rows = re.findall(r"^\| `([a-z ]+)` \| .* \| (error|warning|info) \| ", page, re.MULTILINE)
 
     assert rows == [(obligation.name, obligation.severity) for obligation in OBLIGATIONS]
+
+
+TREES = """
+TREE ::= leaf | node<<TREE cross nat cross TREE>>
+class Trees
+  chan grow : [n? : nat]
+  chan top : [n! : nat]
+  main = grow -> main [] top -> main
+  state
+    t : TREE
+    log : seq nat
+  init
+    t = leaf
+    log = <>
+  op grow
+    Delta(t, log)
+    n? : nat
+  where
+    t' = node(t, n?, leaf)
+    log' = log ^ <n?>
+  op top
+    n! : nat
+  where
+    exists l, r : TREE @ t = node(l, n!, r)
+end
+"""
+
+
+def test_recursive_free_types() -> None:
+    assert {f.status for f in findings(TREES)} == {"proved"}
+    assert wrong(TREES.replace("node(t, n?, leaf)", "node(t, n? - 1, leaf)")) == [
+        "applied in domain grow `node((t, n? - 1, leaf))`"
+    ]
+
+
+def test_the_least_element_of_a_set() -> None:
+    """``min`` is defined for a finite set that is not empty, and for no other that is known of."""
+    text = cell(
+        state="s : finset nat",
+        init="s = {}",
+        delta="s",
+        parameters="o! : nat",
+        effect="s != {}; o! = min s; s' = s \\ {o!}",
+    )
+    assert {f.status for f in findings(text)} == {"proved"}
+    assert "applied in domain go `min(s)`" in wrong(text.replace("    s != {}\n", ""))
+
+
+def test_a_counterexample_may_need_more_elements_than_the_small_scopes_have() -> None:
+    text = cell(
+        state="s : finset nat",
+        init="s = {}",
+        delta="s",
+        parameters="i? : nat",
+        invariant="#s <= 5",
+        effect="s' = s union {i?}",
+    )
+    (found,) = findings(text, "invariant preserved")
+
+    assert found.status == "refuted"
+    assert found.values["s"].count(",") == 4
