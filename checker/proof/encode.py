@@ -521,7 +521,37 @@ class Encoder:
             return self.any(cases)
         if not unknowns:
             return self.all(self.term(part) for part in parts)
+        taken = self._arguments(unknowns, parts)
+        if taken is not None:
+            recognised, values_of = taken
+            rest = [unknown for unknown in unknowns if unknown.key not in values_of]
+            with self.bound(values_of, opened=False):
+                carriers = [self.member(values_of[u.key], u.carrier) for u in unknowns if u.key in values_of]
+                return self.all([recognised, *carriers, self._some_values(rest, parts, size)])
         return self._solver_some(unknowns, parts)
+
+    def _arguments(self, unknowns: list[Unknown], parts: tuple[Term, ...]) -> tuple[Expr, dict[Key, Expr]] | None:
+        """Unknowns that an equation ``t = node(x, y)`` gives as the arguments of a known value."""
+        keys = {unknown.key for unknown in unknowns}
+        for part in parts:
+            if not isinstance(part, Apply) or part.operator != "equal":
+                continue
+            for value, construct in (part.operands, part.operands[::-1]):
+                if not isinstance(construct, core.Construct) or construct.argument is None:
+                    continue
+                free, argument = construct.type, construct.argument
+                if not isinstance(free, core.FreeType) or not keys.isdisjoint(variables(value)):
+                    continue
+                whole = self.term(value)
+                index = self.sorts.constructor_index(free, construct.constructor)
+                inner = self.sorts.sort(free).accessor(index, 0)(whole)
+                items = [(argument, inner)]
+                if isinstance(argument, Apply) and argument.operator == "tuple":
+                    items = [(o, self.sorts.part(argument.type, inner, i)) for i, o in enumerate(argument.operands)]
+                found = {key(o): x for o, x in items if isinstance(o, Variable) and key(o) in keys}
+                if found:
+                    return self.sorts.sort(free).recognizer(index)(whole), found
+        return None
 
     def _solver_some(self, unknowns: list[Unknown], parts: tuple[Term, ...]) -> Expr:
         table = {u.key: self.constant(u.variable.name, self.sorts.sort(u.variable.type)) for u in unknowns}

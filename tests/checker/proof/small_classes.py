@@ -105,12 +105,12 @@ def operations(draw: st.DrawFn, name: str, parameter: str, guarded: bool) -> Ope
 
 
 @st.composite
-def small_classes(draw: st.DrawFn, name: str = "A", guarded: bool = True) -> Small:
-    """A small class."""
+def small_classes(draw: st.DrawFn, name: str = "A", guarded_outputs: bool = True) -> Small:
+    """A small class; the operation with an output has a guard only with *guarded_outputs*."""
     invariant = tuple(draw(st.lists(predicates(("n",), ("b",)), max_size=1)))
     initial = tuple(draw(st.lists(predicates(("n",), ("b",)), max_size=2)))
-    take = draw(operations("take", "i?", guarded))
-    give = draw(operations("give", "o!", guarded))
+    take = draw(operations("take", "i?", True))
+    give = draw(operations("give", "o!", guarded_outputs))
     return Small(name, invariant, initial, (take, give))
 
 
