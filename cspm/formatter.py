@@ -227,7 +227,7 @@ class _Row:
             self.kinds.append(kind)
             self.starts.append(start if kind != "$END" else len(self.text))
             self.ends.append(end if kind != "$END" else len(self.text))
-            self.separated.append(separated or kind == "$END" or not self.kinds[:-1])
+            self.separated.append(separated or kind == "$END" or len(self.kinds) == 1)
             separated = False
         self._comments: dict[int, list[tuple[int, int]]] = {}
         for start, end in tokens.comments:

@@ -24,7 +24,7 @@ def unexpected(
     """The words *found* stand where one of *wanted* was due."""
     return Diagnostic(
         "CSP601",
-        f"unexpected {found}",
+        f"unexpected {found.removeprefix('the ')}",
         span,
         annotation=f"expected {listed(wanted)}" if wanted else "",
         labels=labels,

@@ -33,7 +33,7 @@ _OTHERS: Final = {
     "|)": r"\rimg \rblot \rbind",
     "<<": r"\ldata",
     ">>": r"\rdata",
-    "@": r"\spot \dot \bullet",
+    "@": r"\spot",
     "|": r"\mid \bar \vert",
     "where": r"\where \ST",
     "==": "",
@@ -67,6 +67,33 @@ for _spelling in SPELLINGS:
         if _command.startswith("\\"):
             _tidy = "" if _command == _spelling.latex[0] else _spelling.latex[0]
             COMMANDS.setdefault(_command, (_spelling.text[0], _tidy))
+for _command, _tidy in {
+    r"\leftrightarrow": r"\rel",
+    r"\rightarrow": r"\fun",
+    r"\longrightarrow": r"\fun",
+    r"\rightharpoonup": r"\pfun",
+    r"\nrightarrow": r"\pfun",
+    r"\rightarrowtail": r"\inj",
+    r"\twoheadrightarrow": r"\surj",
+    r"\Leftrightarrow": r"\iff",
+    r"\longmapsto": r"\mapsto",
+    r"\lhd": r"\dres",
+    r"\triangleleft": r"\dres",
+    r"\vartriangleleft": r"\dres",
+    r"\rhd": r"\rres",
+    r"\triangleright": r"\rres",
+    r"\vartriangleright": r"\rres",
+    r"\ominus": r"\symdiff",
+    r"\backslash": r"\setminus",
+    r"\leqslant": r"\leq",
+    r"\geqslant": r"\geq",
+    r"\smallfrown": r"\cat",
+    r"\sim": r"\inv",
+}.items():
+    COMMANDS.setdefault(_command, (COMMANDS[_tidy][0], _tidy))
+COMMANDS[r"\cdot"] = COMMANDS[r"\ast"] = ("*", "*")
+COMMANDS[r"\colon"] = (":", ":")
+COMMANDS[r"\dot"] = COMMANDS[r"\bullet"] = ("@", "@")
 COMMANDS[r"\ldots"] = ("..", r"\upto")
 COMMANDS[r"\dots"] = ("..", r"\upto")
 
@@ -126,7 +153,7 @@ BLANKS: Final = frozenset(
 FONTS: Final = frozenset(
     [
         *(r"\mathit", r"\mathrm", r"\mathsf", r"\mathbf", r"\mathtt", r"\mathcal", r"\textit", r"\textbf", r"\textsf"),
-        *(r"\texttt", r"\emph", r"\operatorname", r"\textsc"),
+        *(r"\texttt", r"\emph", r"\operatorname", r"\textsc", r"\mathrel", r"\mathbin", r"\mathord", r"\mathop"),
     ]
 )
 """Commands whose argument is read as if they were not there."""

@@ -84,7 +84,7 @@ _TOKEN = re.compile(
     r"|(?P<begin>\\begin[ \t]*\{(?P<begun>[A-Za-z*]+)\})"
     r"|(?P<finish>\\end[ \t]*\{(?P<ended>[A-Za-z*]+)\})"
     r"|(?P<tab>\\t[ \t]*[0-9])"
-    r"|(?P<stack>\\(?:stackrel|overset)[ \t]*\{\s*\\wedge\s*\}[ \t]*\{\s*=\s*\}|\\widehat[ \t]*\{\s*=\s*\})"
+    r"|(?P<stack>\\(?:stackrel|overset)[ \t]*\{\s*\\wedge\s*\}[ \t]*\{\s*=\s*\}|\\(?:wide)?hat[ \t]*(?:\{\s*=\s*\}|=))"
     r"|(?P<command>\\[A-Za-z]+)"
     r"|(?P<thin>\\[,:;! \n\t]|\\/|\\-)"
     r"|(?P<symbol>\\.)"

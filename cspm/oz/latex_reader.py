@@ -156,7 +156,6 @@ def _paragraphs(markup: Markup) -> list[list[Token]]:
     place = 0
     while place < len(tokens):
         token = tokens[place]
-        line_end = _line_end(tokens, boxes, place)
         at_top = boxes[place] in ("class", "zed")
         new = [token]
         consumed = 1
@@ -165,7 +164,7 @@ def _paragraphs(markup: Markup) -> list[list[Token]]:
         elif token.section and token.kind == "NAME" and token.value == "schema" and place in operations:
             token.value = "op"
         elif token.first and at_top and not token.section and not _goes_on(result[-1], token):
-            new, consumed = _line(tokens, place, line_end, in_class=classes)
+            new, consumed = _line(tokens, place, _line_end(tokens, boxes, place), in_class=classes)
         begins = (
             not classes and result[-1] and (token.section or (new[0].section)) and token.kind not in ("where", "end")
         )

@@ -82,7 +82,7 @@ class Terms:
         text = self.source.text[token.start : token.end]
         text = text if len(text) <= 40 else text[:37] + "..."
         if token.kind == "$END":
-            return "the end of the text"
+            return "the end of the paragraph"
         if token.kind == "NAME" and not token.section:
             return f"name `{text}`"
         if token.kind in ("INT", "REAL"):
@@ -184,17 +184,20 @@ class Terms:
         self.take()
         return z.Declared(span=self.span(token), name=str(token.value), decoration=self._decoration(token))
 
-    def declare(self) -> z.Declare:
-        """Read ``x, y : T``."""
+    def declare(self, *, in_quantifier: bool = False) -> z.Declare:
+        """Read ``x, y : T``; in a quantifier it may be written ``x, y in T``."""
         start = self.at
         names = self.list_of(self.declared)
-        self.expect(":", "`,`")
+        if in_quantifier and self.token.kind == "in":
+            self.take()
+        else:
+            self.expect(":", "`,`")
         carrier = self.expression()
         return z.Declare(span=self.since(start), names=tuple(names), carrier=carrier)
 
-    def bound(self) -> tuple[z.Declare, ...]:
+    def bound(self, *, in_quantifier: bool = False) -> tuple[z.Declare, ...]:
         """Read the declarations of a binder."""
-        return tuple(self.list_of(self.declare, ";"))
+        return tuple(self.list_of(lambda: self.declare(in_quantifier=in_quantifier), ";"))
 
     def _decoration(self, token: Token) -> z.Decoration:
         if len(token.decoration) > 1:
@@ -430,7 +433,7 @@ class Terms:
     def _quantified(self) -> z.Term:
         start = self.at
         kind = self.take().kind
-        declarations = self.bound()
+        declarations = self.bound(in_quantifier=True)
         condition = None
         if self.token.kind == "|":
             self.take()
@@ -448,7 +451,7 @@ class Terms:
     def _binding(self) -> z.Term:
         start = self.at
         kind = self.take().kind
-        declarations = self.bound()
+        declarations = self.bound(in_quantifier=True)
         condition = body = None
         if self.token.kind == "|":
             self.take()

@@ -75,7 +75,7 @@ class Paragraphs(Terms):
         """Constants with their axioms; *closed* puts an ``end`` behind."""
         declarations = [self.declare(declaration) for declaration in node.declarations]
         end = " end" if closed else ""
-        if len(declarations) == 1 and len(node.predicates) < 2:
+        if len(declarations) == 1 and len(node.predicates) < 2 and not self._in_lines(node):
             line = cat("const ", declarations[0])
             for predicate in node.predicates:
                 line = cat(line, " where ", self.term(predicate), end)
@@ -83,6 +83,12 @@ class Paragraphs(Terms):
                 return line
         lines = cat("const ", declarations[0]) if len(declarations) == 1 else cat("const", self._lines(declarations))
         return cat(lines, self._where(node.predicates), cat(HARD, "end") if closed else "")
+
+    def _in_lines(self, node: z.Axiom | z.OperationSchema) -> bool:
+        """Whether the source has the predicate of a short section on a line of its own."""
+        if not self.from_source or not node.predicates:
+            return False
+        return "\n" in node.span.source.text[node.span.start : node.predicates[0].span.start]
 
     def _schema(self, node: z.Schema) -> Doc:
         initial: Doc = ""
@@ -181,7 +187,7 @@ class Paragraphs(Terms):
             delta = [cat(self.sign("Delta", "Δ"), "(", names(node.delta), ")")]
         if self._is_horizontal(node):
             return self._horizontal(node, delta)
-        if not delta and not node.declarations and len(node.predicates) == 1:
+        if not delta and not node.declarations and len(node.predicates) == 1 and not self._in_lines(node):
             line = cat(f"op {node.name} where ", self.term(node.predicates[0]))
             if width(line) <= WIDTH - 12:
                 return line

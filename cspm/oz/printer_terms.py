@@ -302,7 +302,12 @@ class Terms:
     def declare(self, node: z.Declare, place: Place = ANYWHERE) -> Doc:
         """``x, y : T``."""
         names = ", ".join(f"{name.name}{name.decoration}" for name in node.names)
-        return group(names, " : ", nest(self.term(node.carrier, place)))
+        sign = ":"
+        if self.from_source:
+            between = node.span.source.text[node.names[-1].span.end : node.carrier.span.start]
+            # In a quantifier it may be written `x in T`.
+            sign = ":" if ":" in between else "in"
+        return group(names, f" {sign} ", nest(self.term(node.carrier, place)))
 
     def _parts(self, node: z.Binding | z.Quantified, place: Place) -> list[Doc]:
         """Declarations, condition and body with the signs between them; *place* is that of the end."""

@@ -13,6 +13,8 @@ from cspm.oz import syntax as z
 from cspm.oz.latex_writer import Writer, write_latex
 from cspm.oz.printer import print_paragraph
 from cspm.parser import parse
+from cspm.printer import print_script
+from cspm.recursion import deep_recursion
 from cspm.source import Source
 from tests.cspm.oz.strategies_oz import make, paragraphs, plain, terms
 
@@ -67,6 +69,14 @@ def test_a_whole_script_comes_back():
     document = write_latex(script)
     assert read(document) == script.declarations
     assert write_latex(parse(Source("x.tex", document))) == document
+
+
+@pytest.mark.parametrize("text", ["(" * 3000 + "1" + ")" * 3000, "not " * 3000 + "p", "{" * 3000 + "}" * 3000])
+def test_deep_terms_come_back(text):
+    script = parse(Source("x.csp", f"given T\nX == {text}\n"))
+    with deep_recursion():
+        assert read(write_latex(script)) == script.declarations
+        assert parse(Source("x.csp", print_script(script))) == script
 
 
 def box(text):
@@ -180,6 +190,13 @@ class TestDialects:
         init(r"x\_y = readings_{i}", "x_y = readings_i", ("readings_{i}", r"readings\_i"))
         init(r"a \leq b \\ \t1 \land c \\ d > 1.50", "a <= b and c\n d > 1.5")
         init(r"A \ooalign{$\lhd$\cr$-$} f = g", "A </| f = g", (r"\ooalign", r"\ndres"))
+
+    def test_arrows_of_plain_latex(self):
+        same(
+            r"\begin{state} f : A \rightarrow B \leftrightarrow C \end{state} main = a \rightarrow main",
+            "state\n f : A -> B <-> C\nmain = a -> main",
+            [r"`\rightarrow` is read as `\fun`", r"`\leftrightarrow` is read as `\rel`"],
+        )
 
     def test_a_xi_list_is_read_over(self):
         found, told = box(r"\begin{op}{m} \Xi (n) \\ v! : \nat \where v! = n \end{op}")

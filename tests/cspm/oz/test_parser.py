@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from cspm import syntax as s
 from cspm.diagnostics import MISTAKES, ScriptError
+from cspm.formatter import format_source
 from cspm.messages import classes_syntax  # noqa: F401 -- registers its mistakes
 from cspm.oz import syntax as z
 from cspm.parser import parse, parse_assertion
@@ -460,3 +461,9 @@ def test_any_text_gives_a_tree_or_diagnostics(pieces):
         except ScriptError as error:
             for diagnostic in error.diagnostics:
                 assert diagnostic.span is None or 0 <= diagnostic.span.start <= diagnostic.span.end <= len(source)
+
+
+def test_a_quantifier_may_be_written_with_in():
+    assert expression("forall a in s @ b") == expression("∀ a : s • b")
+    text = "given T\nX == ∀ a ∈ s • b\n"
+    assert format_source(Source("x.csp", text)) == text
