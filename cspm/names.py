@@ -71,6 +71,7 @@ class _Resolver:
         self.top = Scope(None, None)
         self.diagnostics: list[Diagnostic] = []
         self._module_scopes: dict[int, Scope] = {}
+        self.has_classes = False
         self._visitors: dict[type[syntax.Node], Callable[[Any, Scope], None]] = {
             kind: getattr(self, f"_visit_{kind.__name__.lower()}")
             for kind in vars(syntax).values()
@@ -89,6 +90,10 @@ class _Resolver:
             raise ScriptError(*found)
 
     def script(self, script: syntax.Script) -> None:
+        self.has_classes = any(
+            isinstance(declaration, syntax.ModuleDeclaration) and type(declaration) is not syntax.ModuleDeclaration
+            for declaration in flatten(script.declarations)
+        )
         self._declare(script.declarations, self.top)
         self.names.top_level.update(self.top.names)
         self._visit_all(script.declarations, self.top)
@@ -377,6 +382,11 @@ class _Resolver:
         self._visit_all((node.left, node.left_alphabet, node.right_alphabet, node.right), scope)
 
     def _visit_classparallel(self, node: syntax.ClassParallel, scope: Scope) -> None:
+        if not self.has_classes:
+            from cspm.messages.classes_syntax import composition_without_classes
+
+            between = node.span.source.text.find("||", node.left.span.end, node.right.span.start)
+            self.report(composition_without_classes(node.span.source.span(between, between + 2)))
         self._visit_all((node.left, node.right), scope)
 
     def _visit_linkedparallel(self, node: syntax.LinkedParallel, scope: Scope) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Final, Literal
@@ -27,6 +27,8 @@ from cspm.source import Source, Span
 
 DEEPEST_INCLUDE: Final = 100
 """Files between a script and what it includes, at most."""
+
+_COMPARES = re.compile(r"[A-Za-z]\w*\s*(==)")
 
 Reader = Callable[[str], Source]
 """Finds the text of an included file, given the path as written in the script."""
@@ -165,6 +167,8 @@ class _Files:
             ScriptError: there is a mistake in it or in a file that it includes.
         """
         script = self.tree(source)
+        if script is not None and not is_markup(source):
+            self.errors += _lone_abbreviations(script)
         if self.errors:
             raise ScriptError(*self.errors)
         assert script is not None
@@ -220,6 +224,24 @@ class _Files:
             return ()
         script = self.tree(source)
         return script.declarations if script is not None else ()
+
+
+def _lone_abbreviations(script: s.Script) -> Iterator[Diagnostic]:
+    """``x == e`` in a script that has no other paragraph of Object-Z, where it can only be meant as a comparison."""
+    paragraphs: list[s.Paragraph] = []
+    waiting = list(script.declarations)
+    while waiting:
+        declaration = waiting.pop()
+        if isinstance(declaration, s.IncludeDeclaration):
+            waiting += declaration.declarations
+        elif isinstance(declaration, s.Paragraph):
+            paragraphs.append(declaration)
+    signs = [_COMPARES.match(paragraph.span.text) for paragraph in paragraphs]
+    if all(signs):
+        for paragraph, sign in zip(paragraphs, signs, strict=True):
+            assert sign is not None
+            start = paragraph.span.start + sign.start(1)
+            yield messages.comparison_for_definition(paragraph.span.source.span(start, start + 2))
 
 
 def is_markup(source: Source) -> bool:

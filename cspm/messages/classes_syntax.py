@@ -254,6 +254,24 @@ def too_deep(span: Span) -> Diagnostic:
     return Diagnostic("CSP616", "this is nested too deeply", span, help="give names to parts of it")
 
 
+@mistake(
+    "CSP617",
+    "`||` without classes",
+    explanation="`P || Q` joins classes on the channels that both declare. Processes of CSPm are joined on a set of "
+    "events that is written out.",
+    example="given ITEM\nP = STOP || STOP",
+    repair="given ITEM\nP = STOP [| {} |] STOP",
+)
+def composition_without_classes(span: Span) -> Diagnostic:
+    """``P || Q`` in a script that has no class."""
+    return Diagnostic(
+        "CSP617",
+        "`||` joins classes, and this script has none",
+        span,
+        help="write `P [| A |] Q` or `P [ A || B ] Q`, or `P ||| Q` if they share no events",
+    )
+
+
 # --- LaTeX -------------------------------------------------------------------------------------------------------
 
 

@@ -14,6 +14,7 @@ from cspm.formatter import format_source
 from cspm.messages import classes_syntax  # noqa: F401 -- registers its mistakes
 from cspm.oz import syntax as z
 from cspm.parser import parse, parse_assertion
+from cspm.script import load
 from cspm.source import Source
 
 NOWHERE = Source("nowhere", "").span(0, 0)
@@ -467,3 +468,28 @@ def test_a_quantifier_may_be_written_with_in():
     assert expression("forall a in s @ b") == expression("∀ a : s • b")
     text = "given T\nX == ∀ a ∈ s • b\n"
     assert format_source(Source("x.csp", text)) == text
+
+
+class TestScriptsWithoutClasses:
+    """What only classes give a meaning is refused where there are none, also where an include might bring some."""
+
+    @pytest.mark.parametrize(
+        ("text", "code"),
+        [
+            ("P = STOP || STOP", "CSP101"),
+            ("P == STOP", "CSP108"),
+            ("assert STOP :[terminating]", "CSP120"),
+            ('include "rest.csp"\nP = STOP || STOP', "CSP617"),
+            ('include "rest.csp"\nP == STOP', "CSP108"),
+            ("given ITEM\nP = STOP || STOP", "CSP617"),
+        ],
+    )
+    def test_in_a_script(self, text, code, tmp_path):
+        (tmp_path / "rest.csp").write_text("channel c")
+        with pytest.raises(ScriptError) as caught:
+            load(Source(str(tmp_path / "x.csp"), text))
+        assert [d.code for d in caught.value.diagnostics] == [code]
+
+    def test_in_an_assertion_against_it(self):
+        with pytest.raises(ScriptError, match="CSP617"):
+            load(Source("x.csp", "P = STOP")).assertion("P || P :[deadlock free]")
