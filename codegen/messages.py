@@ -161,6 +161,33 @@ def part_of_channel(what: str, channel: str) -> Diagnostic:
 
 
 @mistake(
+    "CSP812",
+    "renaming that makes two channels one",
+    explanation="""
+After a renaming that maps two channels to one, an event of that does not tell any more who has to take part in it: that
+may differ between the two. Renaming is generated where different channels stay different.
+""",
+    example="""
+channel a, b
+P = a -> b -> P
+SYSTEM = (P ||| P)[[a <- b]]
+""",
+    repair="""
+channel a, b, c
+P = a -> b -> P
+SYSTEM = (P ||| P)[[a <- c]]
+""",
+)
+def merged(channel: str) -> Diagnostic:
+    """Two channels are *channel* after a renaming."""
+    return Diagnostic(
+        "CSP812",
+        f"the composition renames two channels to `{channel}`",
+        help="rename to a channel that the process does not have",
+    )
+
+
+@mistake(
     "CSP807",
     "a value without a type in Python",
     explanation="A value in the program's text must be a number, a truth value, a constant or made of these.",

@@ -93,10 +93,10 @@ class Follower:
         self.followed = 0
         self._recent.clear()
 
-    def follows(self, event: str, hidden: bool) -> bool:
-        """Whether an event is to be followed that was *hidden* or not when it was recorded."""
-        if not hidden:
-            return True
+    def follows(self, event: str, hidden: bool, inner: bool = False) -> bool:
+        """Whether an event is to be followed that was *hidden* or not when it was recorded, *inner* by a part."""
+        if not hidden or inner:
+            return not hidden
         number = self._event(event)
         return self._hidden_events is not None and number is not None and number in self._hidden_events
 

@@ -20,6 +20,7 @@ class Recorded:
     hidden: bool
     time: float | None
     tasks: tuple[str, ...] | None
+    inner: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +63,7 @@ def read_records(lines: Iterable[str], name: str) -> Iterator[tuple[int, Recorde
                     bool(found.get("hidden", False)),
                     float(time) if isinstance(time, (int, float)) else None,
                     tuple(map(str, tasks)) if isinstance(tasks, list) else None,
+                    bool(found.get("inner", False)),
                 ),
             )
         else:
@@ -75,7 +77,7 @@ def follow(follower: Follower, records: Iterable[tuple[int, Recorded]]) -> Verdi
     """
     count = 0
     for line, record in records:
-        if follower.follows(record.event, record.hidden):
+        if follower.follows(record.event, record.hidden, record.inner):
             departure = follower.step(record.event)
             if departure is not None:
                 return Verdict(at(departure, count), line, record, count, follower.followed)

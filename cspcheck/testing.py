@@ -56,7 +56,7 @@ class _Following:
         Raises:
             Departed: the process does not allow it.
         """
-        if not self._follower.follows(record.event, record.hidden):
+        if not self._follower.follows(record.event, record.hidden, record.inner):
             return
         departure = self._follower.step(record.event)
         if departure is not None:

@@ -73,12 +73,14 @@ class Wire:
     """A channel of the program.
 
     ``groups`` holds for all of its events, unless ``by_event`` gives the groups for each. ``tasks`` are the leaves
-    that offer some of its events, those among them that never find all of their partners. ``name`` is unique.
+    that offer some of its events, those among them that never find all of their partners. ``inner`` tells what is
+    hidden by a part of the composition from what the whole of it hides. ``name`` is unique.
     """
 
     channel: Channel
     hidden: bool
     pieces: Pieces
+    inner: bool = False
     name: str = ""
     tasks: tuple[int, ...] = ()
     groups: frozenset[Group] = frozenset()
@@ -202,8 +204,8 @@ class Composition:
         self._known: dict[Process, EventSet] = {}
         self._names: dict[str, int] = {}
 
-    def part(self, term: Process) -> _Part:
-        """What a term contributes.
+    def part(self, term: Process, outer: bool = False) -> _Part:
+        """What a term contributes; *outer*: it is the whole composition, or that without its outermost hiding.
 
         Raises:
             ScriptError: it is no composition of named processes.
@@ -212,7 +214,7 @@ class Composition:
             case Reference():
                 body = term.body()
                 composed = isinstance(body, _COMPOSED) and not term.text.endswith("::visible")
-                return self.part(body) if composed else self._leaf(term)
+                return self.part(body, outer) if composed else self._leaf(term)
             case Compressed():
                 return self.part(term.process)
             case Parallel():
@@ -220,11 +222,11 @@ class Composition:
             case AlphabetisedParallel():
                 return self._alphabetised(term)
             case Hide():
-                return self._hide(self.part(term.process), term.events)
+                return self._hide(self.part(term.process, outer), term.events, outer)
             case Project():
                 part = self.part(term.process)
                 everything = EventSet([r for piece, _ in part.pieces for r in piece.ranges])
-                return self._hide(part, everything - term.events)
+                return self._hide(part, everything - term.events, False)
             case Rename():
                 return self._rename(self.part(term.process), term.pairs, "renames")
             case LinkedParallel():
@@ -285,7 +287,7 @@ class Composition:
         pieces = [(piece & alphabet, groups) for piece, groups in part.pieces]
         return _Part(part.leaves, [(piece, groups) for piece, groups in pieces if piece], part.bound)
 
-    def _hide(self, part: _Part, events: EventSet) -> _Part:
+    def _hide(self, part: _Part, events: EventSet, outer: bool) -> _Part:
         """Finish the channels that are hidden: nothing outside takes part in them."""
         pieces = part.pieces
         bound = dict(part.bound)
@@ -298,13 +300,21 @@ class Composition:
                 continue
             if not used <= events:
                 raise ScriptError(messages.part_of_channel("hides", channel.name))
-            self._finish(channel, True, pieces, bound)
+            self._finish(channel, True, pieces, bound, inner=not outer and "::" not in channel.name)
             pieces = _outside(pieces, whole)
         return _Part(part.leaves, pieces, bound)
 
-    def _finish(self, channel: Channel, hidden: bool, pieces: Pieces, bound: dict[tuple[int, str], Channel]) -> None:
+    def _finish(
+        self,
+        channel: Channel,
+        hidden: bool,
+        pieces: Pieces,
+        bound: dict[tuple[int, str], Channel],
+        *,
+        inner: bool = False,
+    ) -> None:
         """Make the wire of a channel, and plug it into the ports of all leaves that have the channel."""
-        wire = Wire(channel, hidden, _inside(pieces, self._whole[channel.name]))
+        wire = Wire(channel, hidden, _inside(pieces, self._whole[channel.name]), inner)
         self.wires.append(wire)
         self._plug(wire, channel, bound)
 
@@ -323,6 +333,11 @@ class Composition:
             if fields != others or targets.setdefault(source.name, target) is not target or old in moved:
                 raise ScriptError(messages.part_of_channel(what, source.name))
             moved[old] = new
+        before = {channel.name: channel for channel in part.bound.values()}
+        after = [targets.get(name, channel) for name, channel in before.items()]
+        for channel in after:
+            if after.count(channel) > 1:
+                raise ScriptError(messages.merged(channel.name))
         pieces: Pieces = []
         for piece, groups in part.pieces:
             kept = piece
@@ -358,7 +373,7 @@ class Composition:
             for pieces in (of_left, of_right):
                 if any(not piece <= events for piece, _ in pieces):
                     raise ScriptError(messages.part_of_channel("links", name))
-            wire = Wire(mine, True, joined(of_left, of_right, events))
+            wire = Wire(mine, True, joined(of_left, of_right, events), inner=True)
             self.wires.append(wire)
             for part, channel in ((left, mine), (right, theirs)):
                 part.pieces = _outside(part.pieces, self._whole[channel.name])
@@ -473,4 +488,4 @@ def network(
         ScriptError: it is no composition of named sequential processes.
     """
     composition = Composition(table, classes)
-    return composition.finish(composition.part(term))
+    return composition.finish(composition.part(term, outer=True))

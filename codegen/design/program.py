@@ -37,6 +37,7 @@ class ChannelDesign:
     parties: str
     never: list[str]
     hidden: bool
+    inner: bool = False
 
 
 @dataclass
@@ -186,7 +187,7 @@ class _Designer:
         self.process = process
         self.internal_choice = internal_choice
         self.data = Data(script)
-        self.constants: dict[int, str] = {}
+        self.constants: dict[object, str] = {}
         self._functions: dict[Symbol, str] = {}
         self._function_texts: list[str] = []
         self._function_expressions = Expressions(script, self.data, self._function, "")
@@ -205,6 +206,7 @@ class _Designer:
         settings = timings(self.script.tree)
         tasks: list[TaskDesign] = []
         variables: set[str] = set()
+        dead: dict[str, ChannelDesign] = {}
         for symbol, numbers in groups.items():
             timing, modules = settings.get(symbol.name, Timing()), {t.module for t in tasks}
             model = self.classes.find(symbol.name) if self.classes is not None else None
@@ -218,13 +220,13 @@ class _Designer:
                 variables.add(variable)
                 arguments = [self.data.literal(value, f"the arguments of `{leaf.name}`") for value in starts[number][1]]
                 plugged = {
-                    attribute: (self.constants[id(leaf.ports[channel])], usual)
+                    attribute: (self._plugged(leaf, channel, dead), usual)
                     for channel, (attribute, usual) in task.ports.items()
-                    if channel in leaf.ports
                 }
                 ports = {attribute: constant for attribute, (constant, usual) in plugged.items() if constant != usual}
                 task.instances.append(Instance(leaf.name, variable, arguments, ports))
             tasks.append(task)
+        channels += dead.values()
         while self._pending:
             self._define_function(self._pending.pop(0))
         return Design(
@@ -236,6 +238,22 @@ class _Designer:
             self._function_texts,
             self._function_expressions.from_data,
         )
+
+    def _plugged(self, leaf: Leaf, channel: str, dead: dict[str, ChannelDesign]) -> str:
+        """The constant that a task has for a channel; one of its own if the task never comes to use it."""
+        wire = leaf.ports.get(channel)
+        if wire is not None:
+            return self.constants[id(wire)]
+        found = dead.get(channel)
+        if found is None:
+            constant = unique(snake(channel.rpartition("::")[2]), {*self.constants.values(), "channels"})
+            self.constants[id(dead), len(dead)] = constant
+            declared = next(c for c in self.script.events.channels if c.name == channel)
+            where = f"the fields of `{channel}`"
+            types = [self.data.field_type(domain, None, where) for domain in declared.domains]
+            found = dead[channel] = ChannelDesign(channel, constant, types, "[]", [], False)
+        found.never.append(leaf.name)
+        return found.constant
 
     # --- channels --------------------------------------------------------------------------------------------
 
@@ -266,7 +284,7 @@ class _Designer:
                 rows.append(f"({key},): [{', '.join(self._groups(groups, names))}],")
             inside = "\n        ".join(rows)
             parties = f"{{\n        {inside}\n    }}"
-        return ChannelDesign(channel.name, constant, field_types, parties, never, wire.hidden)
+        return ChannelDesign(channel.name, constant, field_types, parties, never, wire.hidden, wire.inner)
 
     def _groups(self, groups: frozenset[Group], names: list[str]) -> list[str]:
         texts = []

@@ -125,13 +125,19 @@ class Board:
 def agreed(channel: Channel, group: Group, offers: Sequence[Offer]) -> Sequence[Values]:
     """The values on which some offers, one of each task of a group, agree; at most :data:`LARGEST`.
 
-    An offer with a body that is to give values agrees on whatever it will give.
+    An offer with a body that is to give values stands if there is a value that it can give.
 
     Raises:
         NobodyDecides: no offer gives the value of a field, and its type cannot list its values.
     """
     if offers[0].body is not None:
-        return (offers[0].fields,)
+        fields = offers[0].fields
+        if channel.by_event is None and not any(type(field) is OneOf for field in fields):
+            return (fields,)
+        try:
+            return (fields,) if agreed(channel, group, (Offer(channel, fields),)) else ()
+        except NobodyDecides:
+            return (fields,)
     columns: list[Sequence[Any]] = []
     for i, declared in enumerate(channel.types):
         given: list[Any] = []

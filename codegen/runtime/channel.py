@@ -70,6 +70,7 @@ class Channel:
             each event by the values that it carries; events that are not in it never happen.
         never: tasks that offer its events and never find everybody that is needed for them.
         hidden: whether its events are internal: recorded as such.
+        inner: whether they are hidden by a part of the composition, not by the whole of it.
     """
 
     def __init__(
@@ -80,10 +81,12 @@ class Channel:
         parties: Iterable[str | Iterable[str]] | Mapping[Values, Iterable[str | Iterable[str]]],
         never: Iterable[str] = (),
         hidden: bool = False,
+        inner: bool = False,
     ) -> None:
         self.name = name
         self.types = tuple(types)
         self.hidden = hidden
+        self.inner = inner
         self.by_event: dict[Values, frozenset[Group]] | None = None
         if isinstance(parties, Mapping):
             self.by_event = {values: frozenset(map(_group, groups)) for values, groups in parties.items()}

@@ -5,7 +5,8 @@ A record is one event; as JSON it is one line::
     {"n": 0, "time": 0.1, "event": "pc.3", "channel": "pc", "values": [3], "tasks": ["P", "C"], "hidden": false}
 
 ``event`` is the event as the specification writes it (or ``tick`` at the end of a program all of whose tasks have
-ended); it is what ``cspcheck trace`` reads. ``values`` are for other readers.
+ended); it is what ``cspcheck trace`` reads. ``inner`` stands there, true, where a part of the composition hides the
+event and not the whole. ``values`` are for other readers.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ class Record(NamedTuple):
     values: tuple[Any, ...]
     tasks: tuple[str, ...]
     hidden: bool
+    inner: bool = False
 
     def to_json(self) -> str:
         """The record as one line of JSON."""
@@ -41,6 +43,7 @@ class Record(NamedTuple):
                 "values": [_plain(value) for value in self.values],
                 "tasks": list(self.tasks),
                 "hidden": self.hidden,
+                **({"inner": True} if self.inner else {}),
             }
         )
 

@@ -191,6 +191,9 @@ class Run:
                 declared.check(value, task, offer.channel.field_name(i))
             if isinstance(field, OneOf) and value not in field.values:
                 raise WrongOffer(f"{task}: the method {offer.channel.name} gave {value!r}, outside {offer.text()}")
+        by_event = offer.channel.by_event
+        if by_event is not None and frozenset((task,)) not in by_event.get(values, ()):
+            raise WrongOffer(f"{task}: the method {offer.channel.name} gave {values!r}, which cannot happen")
         with self._lock:
             if self._closed:
                 raise Stopped
@@ -278,7 +281,16 @@ class Run:
         channel = commit.channel
         tasks = tuple(sorted(task for task, _ in commit.parts))
         self._recorder.record(
-            Record(self.events, self.clock.now(), channel.text(values), channel.name, values, tasks, channel.hidden)
+            Record(
+                self.events,
+                self.clock.now(),
+                channel.text(values),
+                channel.name,
+                values,
+                tasks,
+                channel.hidden,
+                channel.inner,
+            )
         )
         self.events += 1
 

@@ -22,6 +22,7 @@ SPECS = Path(__file__).resolve().parents[2] / "specs"
 EXAMPLES: tuple[tuple[str, str, InternalChoice], ...] = (
     ("producer_consumer/producer_consumer.csp", "SYSTEM", "refuse"),
     ("producer_consumer/producer_consumer.csp", "Repaired", "refuse"),
+    ("producer_consumer/classes.csp", "SYSTEM", "refuse"),
     ("rov/rov.csp", "ROV_Control_Module", "refuse"),
     ("classics/philosophers.csp", "Symmetric", "refuse"),
     ("classics/buffer_chain.csp", "Chain", "refuse"),

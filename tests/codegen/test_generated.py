@@ -40,7 +40,7 @@ def test_generated_programs_pass_linter_and_type_checker(tmp_path: Path) -> None
         lint = subprocess.run([sys.executable, "-m", "ruff", "check", "."], cwd=folder, capture_output=True, text=True)
         assert lint.returncode == 0, lint.stdout
     # Their modules have the same names, so each is checked by itself.
-    for folder in (folders[0], tmp_path / "p9", tmp_path / "data"):
+    for folder in (folders[0], tmp_path / "p10", tmp_path / "data"):
         modules = sorted(path.name for path in folder.glob("*.py"))
         types = subprocess.run(
             [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path / ".cache"), *modules],
@@ -133,6 +133,7 @@ REFUSED = {
     "interrupt": ("channel a, b\nP = a -> P /\\ b -> STOP\nSYSTEM = P ||| P", "CSP805"),
     "part of a channel hidden": ("channel a : {0..1}\nP = a?x -> P\nSYSTEM = (P ||| P) \\ {a.0}", "CSP806"),
     "part of a channel renamed": ("channel a, b : {0..1}\nP = a?x -> P\nSYSTEM = (P ||| P)[[a.0 <- b.1]]", "CSP806"),
+    "two channels renamed to one": ("channel a, b\nP = a -> b -> P\nSYSTEM = (P ||| P)[[a <- b]]", "CSP812"),
     "a channel as argument": ("channel a\nP(c) = c -> P(c)\nSYSTEM = P(a) ||| P(a)", "CSP805"),
     "events as argument": ("channel a\nP(s) = a -> P(s)\nSYSTEM = P({a}) ||| P({a})", "CSP807"),
     "priorities": ("external prioritise\nchannel a\nP = a -> P\nSYSTEM = prioritise(P, <{a}>)", "CSP805"),

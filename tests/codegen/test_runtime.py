@@ -243,6 +243,19 @@ class TestAlternation:
         with pytest.raises(OutOfRange, match="P: m, field 2 = 10 is outside"):
             trace(Doing("P", lambda t: t.perform(m.own(body, 9, ANY))))
 
+    def test_a_method_of_an_event_that_needs_others_is_not_performed_alone(self) -> None:
+        m = Channel("m", [Integers(0, 9)], parties={(1,): ["P"], (0,): [("P", "Q")]}, never=["Q"])
+        assert trace(Doing("P", lambda t: t.select(m.own(lambda x: None, 0), m.own(lambda x: None, 1)))) == [
+            "m.1",
+            "tick",
+        ]
+        with pytest.raises(Deadlock):
+            trace(Doing("P", lambda t: t.perform(m.own(lambda x: None, 0))))
+        with pytest.raises(Deadlock):
+            trace(Doing("P", lambda t: t.perform(m.own(lambda: 1, one_of([0])))))
+        with pytest.raises(WrongOffer, match=r"P: the method m gave \(0,\), which cannot happen"):
+            trace(Doing("P", lambda t: t.perform(m.own(lambda: 0, ANY))))
+
     @settings(max_examples=80)
     @given(designs(), st.integers(0, 2**16), st.sampled_from(RUNNERS))
     def test_every_run_is_a_run_of_the_design(self, design: Design, seed: int, runner: Runner) -> None:
