@@ -214,6 +214,17 @@ class _Situation:
                 return symbol + 1
         return 0
 
+    def _opens_timed_section(self, opener: int) -> bool:
+        """Whether a token is the bracket of ``Timed {`` or ``Timed(f) {``."""
+        kinds = self.tokens.kinds
+        if kinds[opener] != "{":
+            return False
+        before, depth = opener - 1, 0
+        while before > 0 and (kinds[before] == ")" or depth):
+            depth += (kinds[before] == ")") - (kinds[before] == "(")
+            before -= 1
+        return kinds[before] == "Timed"
+
     def _kinds_below(self, place: int, distance: int) -> list[str]:
         """The kind of the token that lies *distance* symbols below a place of the stack, if there is one."""
         symbol = self.stack.symbols[place - distance] if place >= distance else ""
@@ -302,7 +313,9 @@ class _Situation:
         if not self.unfinished:
             return None
         opener = self.unfinished[0]
-        following = _next_declaration(self.tokens, opener + 1, self.index + 1)
+        # Declarations are what the bracket of a Timed section is for.
+        timed = self._opens_timed_section(opener)
+        following = None if timed else _next_declaration(self.tokens, opener + 1, self.index + 1)
         if following is None and self._ends_here() and self.kind != "_NEWLINE":
             following = self.index
         if following is None:

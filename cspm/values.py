@@ -155,7 +155,7 @@ class Sequence:
                 return items[last], Sequence(items, last, rest, sequence._endless) if last else rest
             if rest is None:
                 return None
-            sequence = rest.force()
+            sequence = _following(rest)
 
     def cons(self, item: Any) -> Sequence:
         """*item* in front of this sequence."""
@@ -206,7 +206,7 @@ class Sequence:
                 raise Failure(messages.too_long(LONGEST), is_limit=True)
             if len(passed) > STEPS:
                 raise Failure(messages.too_long(len(known) - 1), is_limit=True)
-            sequence = sequence._rest.force()
+            sequence = _following(sequence._rest)
         known.extend(sequence.items())
         known.reverse()
         for lazy, offset in passed:
@@ -243,6 +243,8 @@ class Sequence:
             if rest.code is not None or len(items) > LONGEST:
                 return items, True
             sequence = rest.value
+            if type(sequence) is not Sequence:
+                return items, True
         items.extend(sequence.items())
         return items, False
 
@@ -298,6 +300,18 @@ class Sequence:
         from cspm.values_text import show
 
         return show(self)
+
+
+def _following(rest: Thunk) -> Sequence:
+    """What follows in a sequence; without types it may turn out to be something else.
+
+    Raises:
+        Failure: it has.
+    """
+    sequence = rest.force()
+    if type(sequence) is not Sequence:
+        raise Failure(messages.wrong_kind("a sequence", sequence))
+    return sequence
 
 
 def counting_from(low: int, size: int = 16) -> Sequence:

@@ -231,7 +231,7 @@ def _concat(sequences: Any) -> Sequence:
         first = as_sequence(force(step[0]))
         if not first.is_empty():
             return append(first, Thunk(_concat_rest, (step[1],)))
-        remaining = force(step[1])
+        remaining = as_sequence(force(step[1]))
     raise Failure(messages.nothing_found(FRUITLESS), is_limit=True)
 
 
@@ -246,7 +246,7 @@ def append(left: Sequence, right: Any) -> Sequence:
         return left.with_rest(Thunk(_append_rest, (rest, right)))
     if type(right) is Thunk:
         if right.code is not None:
-            return left.with_rest(right) if left else right.force()
+            return left.with_rest(right) if left else as_sequence(right.force())
         right = right.value
     if type(right) is not Sequence:
         raise Failure(messages.wrong_kind("a sequence", right))
@@ -264,7 +264,7 @@ def _append_rest(env: Env) -> Sequence:
         assert rest.env is not None
         first, second = rest.env
         rest, right = first, Thunk(_append_rest, (second, right))
-    return append(force(rest), right)
+    return append(as_sequence(force(rest)), right)
 
 
 @builtin("elem", "vv")
@@ -272,7 +272,7 @@ def _elem(value: Any, sequence: Any) -> Boolean:
     remaining: Any = as_sequence(sequence)
     passed = 0
     while True:
-        step = force(remaining).uncons()
+        step = as_sequence(force(remaining)).uncons()
         if step is None:
             return FALSE
         if equal(value, force(step[0])):

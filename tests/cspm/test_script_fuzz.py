@@ -1,0 +1,105 @@
+"""No input crashes what comes behind the parser either: names, types, values and processes end in diagnostics.
+
+Inputs are mutations of the corpus, byte by byte and word by word, and scripts made from the grammar; ``CSPCHECK_FUZZ``
+says how many, as for the parser.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from typing import Any
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cspm import syntax as s
+from cspm.diagnostics import MISTAKES, ScriptError
+from cspm.parser import decode
+from cspm.printer import print_script
+from cspm.process import Process, Reference
+from cspm.script import Script, load
+from cspm.source import Source
+from tests.cspm.strategies_syntax import fuzz, scripts
+from tests.cspm.test_corpus_evaluate import operands
+from tests.cspm.test_inference_robustness import WORD, scrambled
+from tests.cspm.test_parser_fuzz import CORPUS, mutated
+
+LONG = ("depth", "too_deep", "huge", "infinite_search", "infinite_concat", "infinite_prefix")
+"""Scripts that show what happens after a million steps."""
+TEXTS = [
+    path.read_text(encoding="utf-8")
+    for path in sorted([*CORPUS.glob("evaluate/*/*.csp"), *CORPUS.glob("types/*/*.csp"), *CORPUS.glob("names/*/*.csp")])
+    if not path.stem.startswith(LONG)
+]
+FEW = 30
+"""So many terms of each assertion are unfolded."""
+
+
+def goes_through(source: Source) -> None:
+    """Everything that can be asked of a script, with types and without, ends in an answer or in diagnostics."""
+    for typecheck in (True, False):
+        script = answered(lambda typecheck=typecheck: load(source, typecheck=typecheck))
+        if script is None:
+            continue
+        for assertion in script.assertions:
+            terms = answered(lambda script=script, node=assertion.node: operands(script, node))
+            for term in terms or ():
+                unfold(term)
+
+
+def answered(ask: Callable[[], Any]) -> Any:
+    """What is asked for, or None where the answer is a mistake, which must be one of the register with a text."""
+    try:
+        return ask()
+    except ScriptError as error:
+        refused = error
+    assert refused.diagnostics
+    for diagnostic in refused.diagnostics:
+        assert diagnostic.code in MISTAKES
+        assert diagnostic.message
+    return None
+
+
+def unfold(term: Process) -> None:
+    """Evaluate the bodies of some of the references in a term."""
+    seen: set[Process] = set()
+    stack: list[object] = [term]
+    while stack and len(seen) < FEW:
+        item = stack.pop()
+        if isinstance(item, tuple):
+            stack.extend(item[:FEW])
+        elif isinstance(item, Process) and item not in seen:
+            seen.add(item)
+            if isinstance(item, Reference):
+                stack.append(answered(item.body))
+            else:
+                stack.extend(getattr(item, field, None) for field in item.__dataclass_fields__)
+
+
+@fuzz(0.06)
+@given(mutated())
+def test_mutations_of_the_corpus_go_through(content: bytes) -> None:
+    source = answered(lambda: decode("mutated.csp", content))
+    if source is not None and not any(word in source.text for word in ("000", "include")):
+        goes_through(source)
+
+
+@fuzz(0.06)
+@given(st.sampled_from(TEXTS), st.integers(0, 2**32))
+def test_scrambled_scripts_of_the_corpus_go_through(text: str, seed: int) -> None:
+    """Words of a script in the places of others: most of these parse, and mean something else or nothing."""
+    if WORD.search(text):
+        goes_through(Source("scrambled.csp", scrambled(text, random.Random(seed))))
+
+
+@fuzz(0.04)
+@given(scripts(1) | scripts(2))
+def test_scripts_from_the_grammar_go_through(script: s.Script) -> None:
+    goes_through(Source("made.csp", print_script(script)))
+
+
+def test_the_scripts_are_there_and_some_are_good() -> None:
+    good = [text for text in TEXTS if isinstance(answered(lambda text=text: load(Source("", text))), Script)]
+    assert len(TEXTS) > 200
+    assert len(good) > 60
