@@ -185,6 +185,13 @@ OBLIGATIONS: tuple[Obligation, ...] = (
         "functions are applied inside their domain, and nothing else is undefined",
         _class_check(obligations_domains.applied_in_domain),
     ),
+    Obligation(
+        "no blocked control state",
+        "class",
+        "warning",
+        "wherever the process waits, the data let one of the events happen",
+        _class_check(obligations_states.no_blocked_control_state),
+    ),
 )
 """All kinds of obligations, in the order in which they are answered."""
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
+from fractions import Fraction
 
+from checker.proof.control import control_states
 from checker.proof.finding import Finding
 from checker.proof.prover import Prover, Report
 from checker.proof.question import Impossible, Part, Question
-from checker.proof.situation import speaks_of
-from checker.proof.terms import TRUE, Unknown, all_of, bound_by, quantified, substitute
-from cspm.oz.core import Term, Variable
+from checker.proof.situation import Situation, parameter_variable, speaks_of
+from checker.proof.terms import FALSE, TRUE, Key, Unknown, all_of, any_of, bound_by, integer, quantified, substitute
+from cspm.oz.core import REAL, Apply, Constant, Construct, FreeType, Operation, SetType, Specification, Term, Variable
 from cspm.oz.core_text import text
 
 
@@ -98,3 +101,80 @@ def invariant_goals(prover: Prover, constraints: list[Part]) -> Iterator[Part]:
 
 def _about_secondary(prover: Prover, part: Part) -> bool:
     return speaks_of(part, [(name, "before") for name in prover.situation.secondary_keys])
+
+
+def no_blocked_control_state(prover: Prover, report: Report) -> Iterator[Finding]:
+    """``Inv => enable of one of the events that the process waits for``, at each place in its equations.
+
+    A state for which that fails may be one that the process is never in at that place: the search can tell.
+    """
+    situation = prover.situation
+    model = prover.model
+    for place in control_states(model):
+        for way in place.ways:
+            waited = [model.operations.get(name) for name in sorted(way.channels)]
+            operations = [operation for operation in waited if operation is not None]
+            if len(operations) < len(waited):
+                continue  # the data do not restrict one of the events
+            goal = any_of(_some_input(situation, operation) for operation in operations)
+            plain = any_of(_plain_input(situation, operation) for operation in operations)
+            answer = prover.refutes(situation.state(), plain)
+            if not isinstance(answer, Impossible):
+                answer = prover.refutes(situation.state(), goal, situation.shown())
+            names = ", ".join(f"`{operation.name}`" for operation in operations)
+            finding = report.universal(
+                answer,
+                message=f"the process waits here for {names}, and the data refuse {_each(len(operations))}",
+                detail=names,
+                span=place.span,
+            )
+            if finding.status == "proved" and not way.exact:
+                finding = replace(
+                    finding, status="unknown", message="the process takes certain values only, which were not looked at"
+                )
+            yield finding
+
+
+def _plain_input(situation: Situation, operation: Operation) -> Term:
+    """That an operation is available for the plainest inputs: mostly enough, and easier than any inputs."""
+    table: dict[Key, Term] = {}
+    for parameter in operation.parameters:
+        if parameter.kind != "output":
+            value = plainest(parameter.carrier, situation.specification)
+            if value is None:
+                return FALSE
+            table[parameter.name, parameter.kind] = value
+    return substitute(situation.enabled(operation), table)
+
+
+def plainest(carrier: Term, specification: Specification) -> Term | None:
+    """A value of a carrier that has an obvious one."""
+    if not isinstance(carrier, Apply):
+        return None
+    match carrier.operator, carrier.operands:
+        case "Int" | "Nat", _:
+            return integer(0)
+        case "Nat1", _:
+            return integer(1)
+        case "Real", _:
+            return Constant(type=REAL, value=Fraction(0))
+        case "Bool", _:
+            return FALSE
+        case "range" | "set", (first, *_):
+            return first
+        case "All", _ if isinstance(carrier.type, SetType) and isinstance(carrier.type.element, FreeType):
+            free = specification.frees.get(carrier.type.element.name)
+            plain = next((name for name, argument in free.branches if argument is None), None) if free else None
+            return None if plain is None else Construct(type=carrier.type.element, constructor=plain)
+    return None
+
+
+def _each(number: int) -> str:
+    return "it" if number == 1 else "each of them"
+
+
+def _some_input(situation: Situation, operation: Operation) -> Term:
+    """That an operation is available for some inputs."""
+    unknowns = [Unknown(parameter_variable(p), p.carrier) for p in operation.parameters if p.kind != "output"]
+    binders, table = bound_by(unknowns)
+    return quantified("exists", binders, TRUE, substitute(situation.enabled(operation), table))

@@ -50,8 +50,9 @@ def cell(
     enable: str = "",
     more: str = "",
     inside: str = "",
+    main: str = "go -> main [] idle -> main",
 ) -> str:
-    """A class with one channel ``go``; lines of each part are separated by ``;``."""
+    """A class with an operation ``go`` and an event ``idle``; lines of each part are separated by ``;``."""
 
     def lines(text: str, indent: str = "    ") -> str:
         return "".join(f"{indent}{line.strip()}\n" for line in text.split(";") if line.strip())
@@ -62,6 +63,6 @@ def cell(
     body += f"  where\n{lines(effect)}" if effect else ""
     guards = f"  op enable_go\n{declared}  where\n{lines(enable)}" if enable else ""
     return (
-        f"{more}\nclass Cell\n  chan go : [{parameters}]\n  main = go -> main\n{lines(inside, '  ')}"
+        f"{more}\nclass Cell\n  chan go : [{parameters}]\n  chan idle : []\n  main = {main}\n{lines(inside, '  ')}"
         f"  state\n{lines(state)}{where}  init\n{lines(init)}{guards}{body}end\n"
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from hypothesis import event, given
+from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
 from checker.proof.question import Found, Impossible, Part, Question, Settings
@@ -47,15 +47,16 @@ def variables() -> list[Variable]:
     return [Variable(type=type_, name=name, role="before") for name, type_ in NAMES.items()]
 
 
+@settings(max_examples=25)
 @given(st.data(), environments, st.sampled_from([None, 3]))
 def test_a_predicate_is_impossible_exactly_where_it_is_false_or_undefined(
     data: st.DataObject, env: dict[str, Any], scope: int | None
 ) -> None:
     predicate = data.draw(terms(BOOL))
     holds = interpret(predicate, env) is True
-    solver = Solver(SPECIFICATION, settings=Settings(seconds=1.0))
+    solver = Solver(SPECIFICATION, settings=Settings(seconds=0.5))
     question = asked(predicate, env, ())
-    attempt = solver._attempt(question, list(question.parts), scope, 0.4)
+    attempt = solver._attempt(question, list(question.parts), scope, 0.3)
     event(f"{attempt.result}, holds: {holds}")
 
     if attempt.result == "unsat":
@@ -64,11 +65,12 @@ def test_a_predicate_is_impossible_exactly_where_it_is_false_or_undefined(
         assert holds
 
 
+@settings(max_examples=25)
 @given(st.data(), environments)
 def test_what_is_impossible_is_false_whatever_the_values(data: st.DataObject, env: dict[str, Any]) -> None:
     """Nothing but the predicate: a proof must hold for the values that Hypothesis draws."""
     predicate = data.draw(terms(BOOL, depth=2))
-    answer = Solver(SPECIFICATION, settings=Settings(seconds=1.0)).ask(Question((Part(predicate, "claim"),)))
+    answer = Solver(SPECIFICATION, settings=Settings(seconds=0.5)).ask(Question((Part(predicate, "claim"),)))
     event(type(answer).__name__)
 
     if isinstance(answer, Impossible):

@@ -98,6 +98,11 @@ CASES: dict[str, tuple[str, str, list[str]]] = {
         cell(state="n : nat; s : seq nat", init="s = <>", effect="n' = head s"),
         ["applied in domain go `head(s)`"],
     ),
+    "no blocked control state": (
+        cell(state="n : 0..9", effect="n' = 9 - n", main="go -> main"),
+        cell(state="n : 0..9", effect="n < 9; n' = n + 1", main="go -> main"),
+        ["no blocked control state `go`"],
+    ),
 }
 
 
@@ -169,7 +174,7 @@ class Stack
   chan push : [x? : ITEM]
   chan pop : [y! : ITEM]
   main = push -> main [] pop -> main
-  const max : nat where max <= 4
+  const max : nat where 1 <= max <= 4
   state
     items : seq ITEM
     Delta

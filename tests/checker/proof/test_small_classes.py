@@ -77,7 +77,7 @@ def _spoken(small: Enumerated, name: str) -> bool:
     )
 
 
-@settings(max_examples=30)
+@settings(max_examples=20)
 @given(small_classes())
 def test_obligations_are_what_going_through_all_values_says(drawn: Small) -> None:
     spec = specification(drawn.text())
@@ -97,7 +97,7 @@ def test_obligations_are_what_going_through_all_values_says(drawn: Small) -> Non
 RELATIONS = ("A.n = C.n\n  A.b = C.b", "A.n = C.n", "A.b = C.b", "A.n <= C.n")
 
 
-@settings(max_examples=30)
+@settings(max_examples=20)
 @given(st.data(), small_classes(guarded_outputs=False), st.booleans())
 def test_a_proved_simulation_is_a_refinement(data: st.DataObject, abstract: Small, upward: bool) -> None:
     """What the rules prove is never contradicted by the search for failures and divergences.

@@ -49,7 +49,7 @@ def test_everything_proved_is_zero(folder: Path, capsys: pytest.CaptureFixture[s
     told = capsys.readouterr().out
     assert told.startswith("good.csp\n\nCounter\n")
     assert "invariant preserved      up `n <= 9`" in told
-    assert told.splitlines()[-1] == "13 obligations: 13 proved"
+    assert told.splitlines()[-1] == "14 obligations: 14 proved"
 
 
 def test_a_refutation_is_one_and_shows_the_step(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
