@@ -13,6 +13,8 @@ from checker.determinism import deterministic
 from checker.horizon import Trace, held_against_readings
 from checker.lts import Lts
 from checker.machines import KEPT_BYTES, Machines
+from checker.normal_form import FailuresModel, Semantics
+from checker.observed_refinement import ObservedModel, refines_observed
 from checker.properties import deadlock_free, divergence_free, has_trace
 from checker.refinement import refines
 from checker.search import Progress
@@ -35,12 +37,8 @@ from cspm.syntax import (
 if TYPE_CHECKING:
     from cspm.script import Script
 
-_UNCHECKED = {
-    "V": "revivals",
-    "VD": "revivals with divergence",
-    "R": "refusal testing",
-    "RD": "refusal testing with divergence",
-}
+_FAILURES: dict[Model, FailuresModel] = {"F": "F", "FD": "FD", "V": "F", "VD": "FD", "R": "F", "RD": "FD"}
+"""What deadlock freedom and determinism look at in each model: richer models tell no more of them than failures do."""
 _DEFAULT_MODELS: dict[PropertyKind, Model] = {
     "deadlock free": "FD",
     "divergence free": "FD",
@@ -108,16 +106,12 @@ class Checker:
             holds = self._script.boolean(assertion.condition)
             return budget.outcome(Verdict.PASS if holds else Verdict.FAIL, None, 0, 0)
         if isinstance(assertion, Refinement):
-            if assertion.model in _UNCHECKED:
-                return _unchecked(budget, assertion.model)
             specification = self._process(assertion.specification, assertion.options)
             implementation = self._process(assertion.implementation, assertion.options)
             outcome = self.check_refinement(specification, assertion.model, implementation, budget)
             return self._within_readings(outcome, implementation, specification, budget, traces=assertion.model == "T")
         if isinstance(assertion, Property):
             model = assertion.model or _DEFAULT_MODELS[assertion.kind]
-            if model in _UNCHECKED and assertion.kind != "divergence free":
-                return _unchecked(budget, model)
             trace = () if assertion.trace is None else self._script.trace(assertion.trace)
             process = self._process(assertion.process, assertion.options)
             outcome = self.check_property(process, assertion.kind, model, trace, budget)
@@ -157,11 +151,12 @@ class Checker:
             budget: the limits, running; by default the checker's, from now.
         """
         budget = budget or Budget(self._limits)
-        if model not in ("T", "F", "FD"):
-            return _unchecked(budget, model)
         context = self._context(budget)
-        checked = model
-        return _answered(budget, lambda: refines(context, specification, checked, implementation))
+        if model == "T" or model == "F" or model == "FD":
+            checked: Semantics = model
+            return _answered(budget, lambda: refines(context, specification, checked, implementation))
+        observed: ObservedModel = model
+        return _answered(budget, lambda: refines_observed(context, specification, observed, implementation))
 
     def check_property(
         self,
@@ -185,15 +180,13 @@ class Checker:
         model = model or _DEFAULT_MODELS[kind]
         if kind == "divergence free":
             return _answered(budget, lambda: divergence_free(context, process))
-        if model not in ("T", "F", "FD"):
-            return _unchecked(budget, model)
         if kind == "has trace":
-            semantics = model
+            semantics: Semantics = "T" if model == "T" else _FAILURES[model]
             return _answered(budget, lambda: has_trace(context, process, trace, semantics))
         if model == "T":
             reason = f"`{kind}` is not a property of traces: use [F] or [FD]"
             return budget.outcome(Verdict.UNKNOWN, reason, 0, 0)
-        failures = model
+        failures = _FAILURES[model]
         check = deadlock_free if kind == "deadlock free" else deterministic
         return _answered(budget, lambda: check(context, process, failures))
 
@@ -228,10 +221,6 @@ def _answered(budget: Budget, check: Callable[[], Outcome]) -> Outcome:
         return check()
     except Incomplete as incomplete:
         return budget.outcome(Verdict.UNKNOWN, incomplete.reason, incomplete.states, incomplete.transitions)
-
-
-def _unchecked(budget: Budget, model: Model) -> Outcome:
-    return budget.outcome(Verdict.UNKNOWN, f"the model {model} ({_UNCHECKED[model]}) is not checked", 0, 0)
 
 
 def _inverted(outcome: Outcome) -> Outcome:

@@ -125,22 +125,23 @@ class Machines:
             self._keep(key, found, found.offsets.nbytes + 2 * found.labels.nbytes)
         return found
 
-    def exploration(self, process: Process, aim: Aim, budget: Budget) -> Exploration:
+    def exploration(self, process: Process, aim: Aim, budget: Budget, *, original: bool = False) -> Exploration:
         """The reachable states of a process; all of them unless what is aimed at, or a limit, ended the search.
 
         A whole exploration that is there already answers every aim.
         """
-        whole: Exploration | None = self._find(("exploration", process, "everything"))
+        original = self._differs(process) if original else False
+        whole: Exploration | None = self._find(("exploration", process, "everything", original))
         if whole is not None and whole.complete:
             budget.used(whole.peak_memory_bytes)
             return whole
         if self.full:
             aim = "everything"
-        key = ("exploration", process, aim)
+        key = ("exploration", process, aim, original)
         found: Exploration | None = self._find(key)
         if found is None:
             found = explore(
-                self.packed(process, budget),
+                self.packed(process, budget, original=original),
                 limits=budget.remaining(),
                 workers=self.workers,
                 stop_at_deadlock="deadlock" in aim,
@@ -149,28 +150,35 @@ class Machines:
                 notify=self._notify,
             )
             if found.complete:
-                key = ("exploration", process, "everything")
+                key = ("exploration", process, "everything", original)
             # How far a search gets in a time is no property of the machine: the next assertion may get further.
             if found.complete or found.stop in ("found", "states"):
                 self._keep(key, found, found.peak_memory_bytes)
         budget.used(found.peak_memory_bytes)
         return found
 
-    def lts(self, process: Process, budget: Budget, part: str = "") -> Lts:
+    def _differs(self, process: Process) -> bool:
+        """Whether a process may have more states than it has with its components compressed."""
+        packed: PackedNetwork | None = self._find(("packed", process, False))
+        return not self.full and (packed is None or packed.network.is_compressed)
+
+    def lts(self, process: Process, budget: Budget, part: str = "", *, original: bool = False) -> Lts:
         """The explicit machine of a process.
 
         Args:
             process: the process.
             budget: what may be used.
             part: what the process is to the assertion, for the message: `` of the specification``.
+            original: whether compressed components are to have all their states.
 
         Raises:
             Incomplete: a limit was reached.
         """
-        key = ("lts", process)
+        original = self._differs(process) if original else False
+        key = ("lts", process, original)
         found: Lts | None = self._find(key)
         if found is None:
-            exploration = self.exploration(process, "everything", budget)
+            exploration = self.exploration(process, "everything", budget, original=original)
             if not exploration.complete:
                 raise Incomplete(
                     f"{budget.reached(exploration)}{part}: {coverage(exploration)}",

@@ -41,7 +41,7 @@ def refines(context: Context, specification: Process, model: Semantics, implemen
     pairs = context.machines.pairs(normal_form, implementation, model, budget, full=context.machines.full)
     if pairs.violation_level is None:
         return context.not_found(pairs, "violation")
-    path, violation = _first(pairs)
+    path, violation = first_violation(pairs)
     node = int(pairs.nodes[violation.index])
     found = _Found(pairs, path, violation)
     if pairs.packed.network.is_compressed:
@@ -91,7 +91,7 @@ def _without_compression(
     return _Found(along.pairs, path, Violation(reached(along.pairs, path), kind, event))
 
 
-def _first(pairs: PairExploration) -> tuple[tuple[Step, ...], Violation]:
+def first_violation(pairs: PairExploration) -> tuple[tuple[Step, ...], Violation]:
     """The canonical path to a violation, and the violation at its end that comes first."""
     rank = {violation: _rank(violation) for violation in pairs.violations()}
     best: dict[int, int] = {}

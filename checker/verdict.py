@@ -106,6 +106,8 @@ class Counterexample:
         allowed: the acceptances that the specification allows there, or the events, or None.
         loop: the cycle of taus (kind ``divergence``) by their causes (``tau`` where there is none).
         loop_parts: aligned with ``loop``: what the components that take part in each step perform, by name.
+        refusals: in the models of refusal testing, aligned with ``trace``: what was seen to be refused before the step,
+            None where nothing was looked at; None where no refusal on the way matters.
         components: the parts of the composition.
         specification_trace: for refinements the visible events of ``trace`` as the specification performs them.
         specification: for refinements a run of the specification with these events; None where finding one takes too
@@ -138,6 +140,7 @@ class Counterexample:
     waiting_cycle: tuple[str, ...] | None = None
     alternative: tuple[str, ...] | None = None
     run: ReplayedRun | None = field(default=None, compare=False, repr=False)
+    refusals: tuple[tuple[str, ...] | None, ...] | None = None
 
 
 @dataclass(frozen=True, slots=True)

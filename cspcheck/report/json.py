@@ -128,6 +128,9 @@ def counterexample_object(counterexample: Counterexample) -> dict[str, Any]:
         "obligation": None if counterexample.obligation is None else _obligation_object(counterexample.obligation),
         "causes": list(counterexample.causes or (None,) * len(counterexample.trace)),
         "offered": None if counterexample.offered is None else list(counterexample.offered),
+        "refusals": None
+        if counterexample.refusals is None
+        else [None if refused is None else list(refused) for refused in counterexample.refusals],
         "waiting_cycle": None if counterexample.waiting_cycle is None else list(counterexample.waiting_cycle),
         "specification": None
         if counterexample.specification is None

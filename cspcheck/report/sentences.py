@@ -57,11 +57,44 @@ def _misbehaviour(result: Result, counterexample: Counterexample) -> str:
                 return f"{process} need not perform the trace: {after} it can refuse {event}"
             return f"{process} does not have the trace: {after} it cannot perform {event}"
         case "trace":
+            after += _on_the_way(counterexample)
             return f"{process} performs {event} {after}, and {specification} does not allow it"
+        case "refusal" if result.model is not None and result.model[0] in "VR":
+            return _observed(counterexample, process, specification, after)
         case "refusal":
             return _refusal(counterexample, process, specification, after)
         case "obligation":
             return _broken(counterexample)
+
+
+def _observed(counterexample: Counterexample, process: str, specification: str, after: str) -> str:
+    """``P offers only {a} after 2 events, so it refuses {b}, and then performs `a`, and Q does not allow that``."""
+    offered, refused = counterexample.offered or (), counterexample.refusal or ()
+    words = f"{process} offers {f'only {some(offered)}' if is_short(offered) else 'little'} {after}"
+    words += _on_the_way(counterexample)
+    if refused:
+        words += f", so it refuses {some(refused) if is_short(refused) else count(len(refused), 'event')}"
+    if counterexample.event is not None:
+        words += f", and then performs `{counterexample.event}`"
+    return f"{words}, and {specification} does not allow that"
+
+
+def _on_the_way(counterexample: Counterexample) -> str:
+    """In refusal testing, what had to be refused before other events for the behaviour to be wrong."""
+    if counterexample.refusals is None:
+        return ""
+    seen = [
+        f"{some(refused) if is_short(refused) else count(len(refused), 'event')} before event {number}"
+        for number, (event, refused) in enumerate(_numbered(counterexample), 1)
+        if refused is not None and event
+    ]
+    return f", having refused {' and '.join(seen)}" if seen else ""
+
+
+def _numbered(counterexample: Counterexample) -> list[tuple[str, tuple[str, ...] | None]]:
+    """The visible events of the trace, each with what was seen to be refused before it."""
+    refusals = counterexample.refusals or (None,) * len(counterexample.trace)
+    return [step for step in zip(counterexample.trace, refusals, strict=True) if step[0] != "tau"]
 
 
 def _broken(counterexample: Counterexample) -> str:

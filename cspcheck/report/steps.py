@@ -161,6 +161,8 @@ def _what_is_wrong(result: Result, counterexample: Counterexample, style: Style)
     match counterexample.kind:
         case "trace" if result.specification is not None:
             return f"{arrow} not allowed here"
+        case "refusal" if counterexample.offered is not None:
+            return f"{arrow} not allowed after that refusal"
         case "nondeterminism":
             return f"{arrow} can be refused here"
         case _:

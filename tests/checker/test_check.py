@@ -235,22 +235,6 @@ class TestCounts:
 
 
 class TestWhatCannotBeChecked:
-    @pytest.mark.parametrize(
-        ("model", "reason"),
-        [
-            ("V", "the model V (revivals) is not checked"),
-            ("VD", "the model VD (revivals with divergence) is not checked"),
-            ("R", "the model R (refusal testing) is not checked"),
-            ("RD", "the model RD (refusal testing with divergence) is not checked"),
-        ],
-    )
-    def test_models(self, model: str, reason: str) -> None:
-        for outcome in (
-            checker().check_refinement(STOP, model, STOP),  # type: ignore[arg-type]
-            checker().check_property(STOP, "deadlock free", model),  # type: ignore[arg-type]
-        ):
-            assert (outcome.verdict, outcome.reason) == (Verdict.UNKNOWN, reason)
-
     def test_determinism_in_traces(self) -> None:
         outcome = checker().check_property(STOP, "deterministic", "T")
         assert outcome.verdict is Verdict.UNKNOWN
