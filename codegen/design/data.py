@@ -206,6 +206,11 @@ class Data:
             return "BOOLEANS"
         self.runtime.add("Members")
         items = [self.literal(value, where) for value in values]
+        if any(_has_sequence(value) for value in values):
+            comma = "," if len(values) == 1 else ""
+            texts = ", ".join(f'"{show(value)}"' for value in values)
+            given = "None" if name is None else f'"{name}"'
+            return f"Members(({', '.join(items)}{comma}), {given}, ({texts}{comma}))"
         enum = items[0].partition(".")[0] if items else ""
         if enum in self.enums and len(items) == self._size(enum) and all(i.startswith(f"{enum}.") for i in items):
             return f"Members(tuple({enum}){called})"
@@ -265,3 +270,17 @@ class Data:
                 name, is_enum = self._class(symbol.name)
                 return name if is_enum else "Tagged"
         return "Any"
+
+
+def _has_sequence(value: Any) -> bool:
+    """Whether a value has a sequence in it, which in Python is a tuple like others."""
+    match value:
+        case CspSequence():
+            return True
+        case tuple():
+            return any(map(_has_sequence, value))
+        case Dotted():
+            return any(map(_has_sequence, value.fields))
+        case Set() if value.is_finite():
+            return any(map(_has_sequence, value.elements()))
+    return False

@@ -326,6 +326,9 @@ class _Designer:
         key: Any = reference.key
         name = reference.text.partition("(")[0].removesuffix("::visible")
         symbol = self.script.names.top_level.get(name)
+        if symbol is not None and symbol.declaration in self._timed():
+            what = f"`{name}`, which belongs to a Timed section: its times are not those of a program"
+            raise ScriptError(messages.not_generated(what, symbol.span, "say `-- task NAME: period ... at EVENT`"))
         if (
             symbol is None
             or symbol.kind not in (SymbolKind.VALUE, SymbolKind.FUNCTION)
@@ -334,6 +337,18 @@ class _Designer:
         ):
             raise ScriptError(messages.unnamed_task(reference.text, reference.span))
         return symbol, tuple(key[2])
+
+    def _timed(self) -> list[object]:
+        """The definitions of Timed sections."""
+        found: list[object] = []
+        todo: list[syntax.Declaration] = list(self.script.tree.declarations)
+        while todo:
+            one = todo.pop()
+            if isinstance(one, syntax.TimedDeclaration):
+                found.extend(one.declarations)
+            elif isinstance(one, syntax.IncludeDeclaration):
+                todo.extend(one.declarations)
+        return found
 
     def _task(
         self, symbol: Symbol, numbers: list[int], found: Network, timing: Timing, modules: set[str]

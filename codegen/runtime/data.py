@@ -175,10 +175,18 @@ class Members(DataType):
 
     members: tuple[Any, ...]
     name: str | None = None
-    _known: frozenset[tuple[type, Any]] = field(init=False, compare=False, default=frozenset())
+    texts: tuple[str, ...] = ()
+    """How a specification writes the members, where their Python values do not tell (sequences from tuples)."""
+    _known: dict[tuple[type, Any], str | None] = field(init=False, compare=False, default_factory=dict)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "_known", frozenset((type(member), member) for member in self.members))
+        texts = self.texts or (None,) * len(self.members)
+        known = {(type(member), member): text for member, text in zip(self.members, texts, strict=True)}
+        object.__setattr__(self, "_known", known)
+
+    def text(self, value: Any) -> str:
+        """*value* as a specification writes it."""
+        return self._known.get((type(value), value)) or _text(value)
 
     def contains(self, value: object) -> bool:
         """Whether *value* is one of them; 1 and ``True`` are two."""
@@ -429,4 +437,6 @@ def _text(value: Any) -> str:
         return f"{{{', '.join(sorted(map(_text, value)))}}}"
     if isinstance(value, tuple):
         return f"({', '.join(map(_text, value))})"
+    if isinstance(value, str):
+        return f"'{value}'"
     return str(value)

@@ -11,7 +11,8 @@ import pytest
 import cspcheck
 from codegen.design.program import candidates, design
 from codegen.emit.project import project
-from codegen.runtime import Memory, Program, VirtualClock
+from codegen.runtime import Memory, Program, Randomly, VirtualClock
+from cspcheck import testing
 from tests.codegen.programs import EXAMPLES, SPECS, followed, generate, loaded
 
 DEADLOCKING = {"Symmetric", "Election"}
@@ -133,6 +134,7 @@ REFUSED = {
     "interrupt": ("channel a, b\nP = a -> P /\\ b -> STOP\nSYSTEM = P ||| P", "CSP805"),
     "part of a channel hidden": ("channel a : {0..1}\nP = a?x -> P\nSYSTEM = (P ||| P) \\ {a.0}", "CSP806"),
     "part of a channel renamed": ("channel a, b : {0..1}\nP = a?x -> P\nSYSTEM = (P ||| P)[[a.0 <- b.1]]", "CSP806"),
+    "time": ("channel a, tock\nStep(_) = 1\nTimed(Step) {\nP = a -> P\n}\nSYSTEM = P ||| P", "CSP805"),
     "two channels renamed to one": ("channel a, b\nP = a -> b -> P\nSYSTEM = (P ||| P)[[a <- b]]", "CSP812"),
     "a channel as argument": ("channel a\nP(c) = c -> P(c)\nSYSTEM = P(a) ||| P(a)", "CSP805"),
     "events as argument": ("channel a\nP(s) = a -> P(s)\nSYSTEM = P({a}) ||| P({a})", "CSP807"),
@@ -148,6 +150,53 @@ def test_what_cannot_be_generated_is_refused_with_a_reason(name: str) -> None:
         project(design(cspcheck.loads(text)._script, "SYSTEM"), "program")
     (diagnostic,) = raised.value.diagnostics
     assert diagnostic.code == code
+
+
+@pytest.mark.parametrize("runner", ["threads", "asyncio"])
+def test_threads_and_event_loops_conform_too(runner: str, tmp_path: Path) -> None:
+    script = cspcheck.load(SPECS / "rov" / "rov.csp")
+    generate(script, "ROV_Control_Module", tmp_path)
+    with loaded(tmp_path) as main:
+        follower = testing.follow(script, "ROV_Control_Module")
+        Program(main.tasks()).run(runner, recorder=follower, events=1_000)  # type: ignore[arg-type]
+
+
+def test_an_edited_program_that_departs_is_found_out(tmp_path: Path) -> None:
+    """The test of the test: a task that leaves an event out, and one that does two in the wrong order."""
+    script = cspcheck.load(SPECS / "rov" / "rov.csp")
+    generate(script, "ROV_Control_Module", tmp_path)
+    text = (tmp_path / "sensor.py").read_text()
+    lines = [line for line in text.splitlines() if "await self.perform" in line]
+    for wrong in (text.replace(lines[1] + "\n", ""), text.replace("\n".join(lines[:2]), "\n".join(lines[1::-1]))):
+        assert wrong != text
+        (tmp_path / "sensor.py").write_text(wrong)
+        with loaded(tmp_path) as main:
+            program = Program(main.tasks())
+        follower = testing.follow(script, "ROV_Control_Module")
+        with pytest.raises(testing.Departed):
+            program.run("loop", recorder=follower, events=2_000, policy=Randomly(1))
+
+
+def test_a_program_needs_nothing_but_the_standard_library() -> None:
+    code = "import sys, codegen.runtime; print(*sorted({name.partition('.')[0] for name in sys.modules}))"
+    done = subprocess.run([sys.executable, "-S", "-c", code], capture_output=True, text=True, cwd=SPECS.parent)
+    loaded_modules = set(done.stdout.split())
+    assert "codegen" in loaded_modules
+    assert {name for name in loaded_modules if name not in sys.stdlib_module_names} <= {"codegen", "__main__"}
+
+
+def test_values_of_every_kind_are_written_as_the_script_writes_them(tmp_path: Path) -> None:
+    script = cspcheck.loads(
+        "channel c : { -2..1}\nchannel k : {'x', 'y'}\nchannel s : Set({0, 1})\nchannel q : {<>, <1>, <1, 2>}\n"
+        "P = c?x -> k!'x' -> s!{1, 0} -> q!<1, 2> -> P\nR = c!(-1) -> k?y -> s?z -> q?v -> R\n"
+        "SYSTEM = P [| {| c, k, s, q |} |] R\n"
+    )
+    generate(script, "SYSTEM", tmp_path)
+    with loaded(tmp_path) as main:
+        memory = Memory()
+        Program(main.tasks()).run("loop", recorder=memory, events=4)
+    assert memory.trace() == ["c.-1", "k.'x'", "s.{0, 1}", "q.<1, 2>"]
+    assert followed(script, "SYSTEM", tmp_path, 40, seed=1) == (40, False)
 
 
 def test_the_process_that_is_meant_is_found() -> None:
