@@ -74,7 +74,7 @@ _SIGNS: Final = frozenset(
             "+]",
             "[+",
         ),
-        *("@@", "/+", "[[", "]]"),
+        *("@@", "/+"),
     ]
 )
 _TOKEN = re.compile(
@@ -116,8 +116,6 @@ _LONE: Final = {
     "<=": "<=",
     ">=": ">=",
     "!=": "!=",
-    "[[": "[",
-    "]]": "]",
 }
 
 
@@ -264,11 +262,9 @@ class Lexer:
 
     def _sign(self, match: re.Match[str], start: int) -> None:
         sign = match[0]
-        if sign in ("[", "[[") and self.previous not in ("SDEF", ":") and self._is_prose(start):
+        if sign == "[" and self.previous not in ("SDEF", ":") and self._is_prose(start):
             self._prose(start)
             return
-        if sign in ("[[", "]]") and self.box != "class":
-            sign, self.position = sign[0], start + 1
         self._add(_LONE.get(sign, "BAD"), start, self.position)
 
     def _group(self, match: re.Match[str], start: int) -> None:

@@ -17,7 +17,7 @@ from cspm.lexer import Tokens, tokenise
 from cspm.messages import classes_syntax as messages
 from cspm.oz.latex_commands import CSP_COMMANDS, NAMES
 from cspm.oz.latex_lexer import BOXES, Lexer, Markup
-from cspm.oz.lexer import OPERAND_ENDS, Token
+from cspm.oz.lexer import NAMING, OPERAND_ENDS, Token
 from cspm.oz.parser import MOST_MISTAKES
 from cspm.oz.parser_classes import Classes
 from cspm.oz.parser_terms import Stuck
@@ -202,7 +202,7 @@ def _goes_on(before: Sequence[Token], token: Token) -> bool:
     last = before[-1]
     if last.kind in ("end", "where") or last.section:
         return False
-    complete = last.kind in OPERAND_ENDS or last.kind in (">>", "LITERAL")
+    complete = last.kind in OPERAND_ENDS or last.kind in NAMING or last.kind in (">>", "LITERAL")
     return not complete or token.kind in ("|", "BAD", ")", "]", "}", "->", "|->", "|>", "[]", "||", ";")
 
 

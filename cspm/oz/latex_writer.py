@@ -13,8 +13,8 @@ from typing import Final
 from cspm import syntax as s
 from cspm.lexer import tokenise
 from cspm.oz import syntax as z
-from cspm.oz.latex_commands import COMMANDS, CSP_SIGNS
-from cspm.oz.lexer import OPERAND_ENDS, Scan, Token, tokens
+from cspm.oz.latex_commands import COMMANDS, CSP_SIGNS, WORDS
+from cspm.oz.lexer import BINDERS, NAMING, OPERAND_ENDS, PREFIX, Scan, Token, tokens
 from cspm.oz.operators import NUMBER_SETS, SPELLINGS
 from cspm.oz.printer import Paragraphs
 from cspm.oz.printer_terms import ANYWHERE
@@ -304,6 +304,8 @@ def _sign(found: Sequence[Token], place: int, brackets: list[str], *, operations
         return (_NAMES[name] if name in _NAMES and not token.decoration else _name(name)) + token.decoration
     if kind in ("INT", "REAL"):
         return str(token.value)
+    if kind in NAMING and kind not in WORDS and not _applies(found, place):
+        return kind
     if kind == "-":
         infix = place > 0 and found[place - 1].kind in OPERAND_ENDS
         return "-" if infix else r"\negate"
@@ -316,6 +318,12 @@ def _sign(found: Sequence[Token], place: int, brackets: list[str], *, operations
     if operations and kind in _OPERATIONS:
         return _OPERATIONS[kind]
     return _SIGNS[kind]
+
+
+def _applies(found: Sequence[Token], place: int) -> bool:
+    """Whether something follows that the word at *place* is applied to, so that it is no name."""
+    following = found[place + 1].kind if place + 1 < len(found) else ""
+    return following in _ARGUMENTS or following in BINDERS or (following in ("if", "let", *PREFIX) and following != "-")
 
 
 def _name(name: str) -> str:
