@@ -29,7 +29,7 @@ from cspm.recursion import deep_recursion
 from cspm.sets import Set
 from cspm.source import Source, Span
 from cspm.spelling import suggestions
-from cspm.values import Boolean, Map, Sequence, deep
+from cspm.values import Boolean, Map, Real, Sequence, deep
 from cspm.values_text import show
 
 if TYPE_CHECKING:
@@ -199,7 +199,7 @@ class Script:
     def evaluate(self, text: str) -> Any:
         """The value of an expression as a Python value.
 
-        Integers, Booleans and characters become ``int``, ``bool`` and ``str``, tuples ``tuple``, sets ``frozenset``,
+        Integers, Booleans, reals and characters become ``int``, ``bool``, ``Fraction`` and ``str``, tuples ``tuple``, sets ``frozenset``,
         maps ``dict`` (a frozenset of pairs inside a set), sequences ``tuple``, except that a sequence of at least
         one character becomes ``str``. Events and datatype values, functions and processes become their text.
 
@@ -240,6 +240,8 @@ class Script:
                 return value
             case Boolean():
                 return bool(value)
+            case Real():
+                return value.value
             case tuple():
                 return tuple([self._plain(item, inside_set=inside_set) for item in value])
             case Sequence():

@@ -230,3 +230,38 @@ end
 def export_leaves(name: str, report: str, span: Span | None) -> Diagnostic:
     """A class that is to be written as plain CSPm has states outside its readings."""
     return Diagnostic("CSP686", f"class `{name}` cannot be written: {report}", span, help="give it a larger reading")
+
+
+@mistake(
+    "CSP687",
+    "too many values that would have to be tried",
+    explanation="""
+Where no equation gives the value of a variable, its values are tried one by one, and for several such variables in all
+combinations. For one operation in one state that came to more than the search is willing to do. Equations such as
+`x' = e`, inequalities that enclose a variable, or smaller sets help.
+""",
+    example="""
+class C
+  chan pick : [a?, b?, c?, d? : 0..99]
+  state n : 0..99
+  init n = 0
+  op com_pick Delta(n) a?, b?, c?, d? : 0..99 where a? * b? - c? * d? = 9999 and n' = a?
+end
+assert C :[deadlock free]
+""",
+    repair="""
+class C
+  chan pick : [a?, b? : 0..99]
+  state n : 0..99
+  init n = 0
+  op com_pick Delta(n) a?, b? : 0..99 where a? * b? = 81 and n' = a?
+end
+""",
+)
+def too_many_tried(most: int) -> Diagnostic:
+    """No end of values to be tried."""
+    return Diagnostic(
+        "CSP687",
+        f"more than {most:,} combinations of values would have to be tried",
+        help="let equations or inequalities say more of the variables, or take smaller sets",
+    )

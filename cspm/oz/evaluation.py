@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
-from typing import Any, TypeAlias
+from typing import Any, Final, TypeAlias
 
 from cspm.failure import Failure
 from cspm.messages import oz_meaning as messages
@@ -29,6 +29,10 @@ from cspm.oz.values import Construction, Graph, show
 
 Code: TypeAlias = Callable[[Frame], Any]
 Test: TypeAlias = Callable[[Frame], bool]
+
+
+MOST_TRIED: Final = 10_000_000
+"""So many values are tried one by one for one question: one operation in one state, one predicate."""
 
 
 class Scope:
@@ -97,6 +101,7 @@ class Evaluator:
         self.readings = Readings(specification, self)
         self.used: dict[str, None] = {}
         self.has_left = False
+        self._tried = 0
         self._constants: dict[str, Any] = {}
         self._given: Mapping[str, Any] = constants if constants is not None else {}
         self._solving = False
@@ -111,6 +116,7 @@ class Evaluator:
             Undefined: it has none.
             Unbounded: an infinite set would have to be gone through for it.
         """
+        self.begin()
         scope = Scope(assignment or ())
         code = self.code(term, scope)
         return code(scope.frame(assignment))
@@ -141,11 +147,19 @@ class Evaluator:
         test = membership(self, carrier, scope)
         return test(scope.frame(assignment), value)
 
-    def use_readings(self, carrier: Term) -> None:
-        """Remember that the finite reading of a carrier mattered."""
-        from cspm.oz.enumeration import enumeration
+    def begin(self) -> None:
+        """Another question, for which values may be tried anew."""
+        self._tried = 0
 
-        self.readings.use(enumeration(self, carrier, Scope(free_variables(carrier))).readings)
+    def spend(self, tried: int) -> None:
+        """Values have been tried.
+
+        Raises:
+            Failure: too many for one question.
+        """
+        self._tried += tried
+        if self._tried > MOST_TRIED:
+            raise Failure(messages.too_many_tried(MOST_TRIED), is_limit=True)
 
     # --- constants -----------------------------------------------------------------------------------------------
 

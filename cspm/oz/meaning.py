@@ -220,6 +220,7 @@ class _StateDefinition(Definition):
         try:
             return self.part.term(self.state)
         except Failure as failure:
+            failure.at(self.span)
             failure.called(lambda: self.text, None)
             raise failure.finished() from None
 
@@ -335,6 +336,7 @@ class _Operation:
 
     def offer(self, state: State, branches: dict[int, Process], operands: list[Process]) -> None:
         """Add what the operation offers in a state to *branches* (events with what follows) and *operands*."""
+        self.part.evaluator.begin()
         frame = self._frame
         missing = len(self.scope.slots) - len(frame)
         if missing > 0:

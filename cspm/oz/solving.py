@@ -264,17 +264,23 @@ class _Planner:
     def _each(self, unknown: Unknown, way: Enumeration, inside: Member | None, then: Step) -> Step:
         slot = self.scope.slot(*unknown.key)
         code = way.code
+        evaluator = self.evaluator
 
         def each(frame: Frame, emit: Emit) -> bool:
             try:
                 values = code(frame)
             except Unbounded as unbounded:
                 raise unbounded.of(unknown.written, unknown.span) from None
+            tried = 0
             for value in values:
+                tried += 1
+                if not tried & 0xFFFF:
+                    evaluator.spend(0x10000)
                 if inside is None or inside(frame, value):
                     frame[slot] = value
                     if then(frame, emit):
                         return True
+            evaluator.spend(tried & 0xFFFF)
             return False
 
         return each

@@ -14,7 +14,11 @@ from cspm.diagnostics import ScriptError
 from cspm.script import Script, Semantics, load
 from cspm.source import Source
 
-PRODUCER = Path(__file__).parents[2] / "specs" / "producer_consumer" / "classes.csp"
+PRODUCER = Path(__file__).parents[2] / "specs" / "producer_consumer" / "requirement.csp"
+
+PRODUCER_TEXT = PRODUCER.with_name("classes.csp").read_text(encoding="utf-8") + (
+    PRODUCER.read_text(encoding="utf-8").replace('include "classes.csp"', "")
+)
 
 COUNTERS = """
 reading nat = 0..9
@@ -112,9 +116,7 @@ def written(text: str, **semantics: str) -> tuple[Script, Script, str]:
 
 
 @pytest.mark.parametrize("view", ["data", "control"])
-@pytest.mark.parametrize(
-    "text", [COUNTERS, VALUES, PRODUCER.read_text(encoding="utf-8")], ids=["counters", "values", "pc"]
-)
+@pytest.mark.parametrize("text", [COUNTERS, VALUES, PRODUCER_TEXT], ids=["counters", "values", "pc"])
 def test_verdicts_and_states_are_those_of_the_classes(text: str, view: str) -> None:
     classes, plain, _ = written(text, view=view)
 

@@ -43,7 +43,7 @@ def assertions_table(system: Path) -> str:
             verdict = str(result.verdict) if result.verdict == result.expected else f"**{result.verdict}**"
             text = " ".join(result.assertion.split()).replace("|", "\\|")
             states = f"{result.states:,}" if result.states else ""
-            path = script.relative_to(system).as_posix()
+            path = Path(result.file).resolve().relative_to(system).as_posix()  # it may stand in an included file
             place = f"[{path}:{result.line}]({path}#L{result.line})"
             rows.append(f"| {place} | `{text}` | {verdict} | {states} | {result.seconds:.2f} |")
     return "\n".join(rows)

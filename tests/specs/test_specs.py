@@ -95,3 +95,11 @@ def test_exploring_the_terms_themselves_gives_the_same_counts(script: str, proce
     machine, _ = explore(loaded.process(process)._term)
 
     assert (machine.states, machine.transitions) == WHOLE_MACHINES[script, process]
+
+
+@pytest.mark.parametrize("name", ["producer_consumer/classes", "stack/stack"])
+def test_both_notations_of_a_system_say_the_same(name: str) -> None:
+    text, printed = (cspcheck.load(SPECS / f"{name}.{suffix}") for suffix in ("csp", "tex"))
+
+    assert text._script.specification == printed._script.specification
+    assert text.assertions == printed.assertions

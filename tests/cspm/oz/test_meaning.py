@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from fractions import Fraction
 from itertools import product
 from typing import Any
 
@@ -544,6 +545,7 @@ def test_values_of_classes_are_values_of_the_script() -> None:
     assert loaded.show("SPEED") == "{ -1, 0.5, 1}"
     assert loaded.evaluate("card(Data)") == 9
     assert loaded.evaluate("limit") == 2
+    assert loaded.evaluate("SPEED") == {Fraction(-1), Fraction(1, 2), Fraction(1)}
     assert loaded.evaluate("card({| data, table |})") == 9 + 4
     names = {loaded.events.name(number) for number in loaded.event_set("{| data, table |}")}
     assert "data.(-1, 0.5)" in names
