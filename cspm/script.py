@@ -199,9 +199,10 @@ class Script:
     def evaluate(self, text: str) -> Any:
         """The value of an expression as a Python value.
 
-        Integers, Booleans, reals and characters become ``int``, ``bool``, ``Fraction`` and ``str``, tuples ``tuple``, sets ``frozenset``,
-        maps ``dict`` (a frozenset of pairs inside a set), sequences ``tuple``, except that a sequence of at least
-        one character becomes ``str``. Events and datatype values, functions and processes become their text.
+        Integers, Booleans, reals and characters become ``int``, ``bool``, ``Fraction`` and ``str``, tuples ``tuple``,
+        sets ``frozenset``, maps ``dict`` (a frozenset of pairs inside a set), sequences ``tuple``, except that a
+        sequence of at least one character becomes ``str``. Events and datatype values, functions and processes become
+        their text.
 
         Raises:
             ScriptError: also for infinite sets and sequences.
