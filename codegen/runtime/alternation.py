@@ -8,7 +8,7 @@ receive that was begun and then cancelled would have lost its message.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice, product
 from random import Random
 from typing import Any, NamedTuple, Protocol
@@ -45,6 +45,8 @@ class Board:
     def __init__(self) -> None:
         self.waiting: dict[str, Sequence[Offer | None]] = {}
         self._on: dict[Channel, dict[str, list[int]]] = {}
+        self._known: dict[Channel, list[Commit]] = {}
+        """The possible events of channels on which nothing has changed since they were looked for."""
 
     def add(self, task: str, offers: Sequence[Offer | None]) -> None:
         """A task waits for one of its *offers*; None among them stands for one whose guard is false."""
@@ -52,12 +54,14 @@ class Board:
         on = self._on
         for i, offer in enumerate(offers):
             if offer is not None:
+                self._known.pop(offer.channel, None)
                 on.setdefault(offer.channel, {}).setdefault(task, []).append(i)
 
     def remove(self, task: str) -> None:
         """A task waits no longer."""
         for offer in self.waiting.pop(task):
             if offer is not None:
+                self._known.pop(offer.channel, None)
                 self._on[offer.channel].pop(task, None)
 
     def commits_of(self, task: str, now: float) -> list[Commit]:
@@ -78,15 +82,35 @@ class Board:
         found: list[Commit] = []
         for channel, on in self._on.items():
             if on:
-                for group in channel.groups:
-                    if all(task in on for task in group):
-                        first, *others = sorted(group)
-                        for i in on[first]:
-                            offer = self.waiting[first][i]
-                            assert offer is not None
-                            if offer.after is None or offer.after <= now:
-                                found.extend(self._meetings(channel, group, first, i, others, now))
+                known = self._known.get(channel)
+                if known is None:
+                    known = self._on_channel(channel, on, now)
+                    if not self._awaited(channel, on, now):
+                        self._known[channel] = known
+                found += known
         return found
+
+    def _on_channel(self, channel: Channel, on: Mapping[str, Sequence[int]], now: float) -> list[Commit]:
+        """The possible events of one channel."""
+        found: list[Commit] = []
+        for group in channel.groups:
+            if all(task in on for task in group):
+                first, *others = sorted(group)
+                for i in on[first]:
+                    offer = self.waiting[first][i]
+                    assert offer is not None
+                    if offer.after is None or offer.after <= now:
+                        found.extend(self._meetings(channel, group, first, i, others, now))
+        return found
+
+    def _awaited(self, channel: Channel, on: Mapping[str, Sequence[int]], now: float) -> bool:
+        """Whether an offer on a channel does not stand yet."""
+        for task, indices in on.items():
+            for i in indices:
+                offer = self.waiting[task][i]
+                if offer is not None and offer.after is not None and offer.after > now:
+                    return True
+        return False
 
     def next_time(self, now: float) -> float | None:
         """When the next offer begins to stand that does not stand yet; None if there is none."""
