@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from cspm import script
 
 SUFFIX = ".csp"
+DOCUMENT = ".tex"
+"""LaTeX documents with classes are collected where they are named, not from folders: most have none."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -62,7 +64,11 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> ScriptFile | None:
     """A script, if it is one that is meant."""
-    if file_path.suffix != SUFFIX or not _is_meant(file_path, parent.config):
+    if file_path.suffix == DOCUMENT:
+        meant = file_path in _named(parent.config)
+    else:
+        meant = file_path.suffix == SUFFIX and _is_meant(file_path, parent.config)
+    if not meant:
         return None
     return ScriptFile.from_parent(parent, path=file_path)
 

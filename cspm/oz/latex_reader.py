@@ -120,10 +120,10 @@ class Document:
 def _environment_end(text: str, name: str, start: int) -> int:
     """The offset behind the ``\\end`` of the environment that begins at *start*; the end of the text if it has none."""
     depth = 0
-    for match in re.finditer(rf"\\(begin|end)[ \t]*\{{{name}\}}", text[start:]):
+    for match in re.compile(rf"\\(begin|end)[ \t]*\{{{name}\}}").finditer(text, start):
         depth += 1 if match[1] == "begin" else -1
         if depth == 0:
-            return start + match.end()
+            return match.end()
     return len(text)
 
 

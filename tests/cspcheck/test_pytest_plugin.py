@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from cspcheck.register import all_mistakes
+
 pytest_plugins = ["pytester"]
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -30,6 +32,9 @@ BROKEN = "channel a\nP = b -> P\nassert P :[deadlock free]\n"
 # A run of pytest within pytest forgets what it has imported, and our messages can be registered once only.
 for module in ("cspm.script", "cspm.inference", "checker.check", "cspcheck.api", "cspcheck.report.full"):
     import_module(module)
+for module in ("cspcheck.configuration", "cspm.oz.evaluating", "cspm.oz.latex_reader"):
+    import_module(module)
+all_mistakes()
 
 
 @pytest.fixture
@@ -63,6 +68,13 @@ class TestCollection:
 
         assert [one.split(" ", 1)[0] for one in ids(place, "spec.csp")] == ["spec.csp::P", "spec.csp::Q"]
         assert ids(place, "spec.csp")[0].startswith("spec.csp::P :[deadlock free")
+
+    def test_a_document_is_collected_where_it_is_named(self, place: pytest.Pytester) -> None:
+        text = "\\begin{class}{C} \\chan a \\\\ main = a \\then main \\end{class}"
+        (place.path / "paper.tex").write_text(f"{text}\n\\begin{{cspm}}\nassert C :[deadlock free]\n\\end{{cspm}}\n")
+
+        assert [one.split(" ", 1)[0] for one in ids(place, "paper.tex")] == ["paper.tex::C"]
+        assert ids(place, ".") == []
 
     def test_equal_assertions_are_told_apart_by_their_line(self, place: pytest.Pytester) -> None:
         write(place, spec="assert STOP [T= STOP\nassert STOP [T= STOP\n")
