@@ -342,6 +342,12 @@ def _rows(term: core.Term) -> list[list[core.Term]] | None:
                 if more is None:
                     return None
                 return [[negated], *[[term.operands[0], *row] for row in more]]
+    if isinstance(term, core.If):
+        then, otherwise = _rows(term.then), _rows(term.otherwise)
+        if then is None or otherwise is None or len(then) + len(otherwise) > MOST_WAYS:
+            return None
+        refuted = core.Apply(type=core.BOOL, operator="not", operands=(term.test,))
+        return [*[[term.test, *row] for row in then], *[[refuted, *row] for row in otherwise]]
     if isinstance(term, core.Constant) and term.value is True:
         return [[]]
     return [[term]]

@@ -592,6 +592,11 @@ class Processes:
                     self._input(one.pattern, one.restriction, fields, targets, bind)
         if not fields and self.bare_means_any:
             fields, targets = ["ANY"] * use.arity, ["_"] * use.arity
+        if fields and prefix.fields and isinstance(prefix.fields[-1].pattern, syntax.Wildcard):
+            # The last input takes all that is left.
+            left = 0 if prefix.fields[-1].restriction is not None else use.arity - len(fields)
+            fields += ["ANY"] * left
+            targets += ["_"] * left
         if len(fields) != use.arity:
             what = " ".join(prefix.channel.span.text.split())
             why = f"`{what}...`, whose channel has {use.arity} fields and is given {len(fields)}"
