@@ -78,7 +78,7 @@ def main_of(script: Script, model: core.ClassModel) -> Symbol | None:
     return script.names.top_level[f"{model.name}%"].members.get("main")
 
 
-def operation_arguments(operation: OperationDesign, method: str | None) -> str:
+def operation_arguments(operation: OperationDesign, method: str | None, reads: str | None) -> str:
     """The arguments of an ``Operation``, without its channel."""
     parts: list[str] = []
     if operation.kinds or operation.method is not None:
@@ -87,6 +87,8 @@ def operation_arguments(operation: OperationDesign, method: str | None) -> str:
         parts.append(f"data.{operation.method}")
     if operation.guard is not None:
         parts.append(f"guard=data.{operation.guard}")
+    if reads is not None:
+        parts.append(f"reads=methods.{reads}")
     if method is not None:
         parts.append(f"body=methods.{method}")
     if operation.gives:

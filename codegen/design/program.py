@@ -97,6 +97,8 @@ class MethodDesign:
     """Type constants (or names of variables) with annotations of what it gives."""
     about: str | None = None
     """What there is to be said of it, beside its name."""
+    afterwards: bool = False
+    """Whether what it gives are after-values."""
 
     @property
     def annotation(self) -> str:
@@ -193,6 +195,9 @@ class _Designer:
         self._function_expressions = Expressions(script, self.data, self._function, "")
         self._pending: list[Symbol] = []
         self.classes = None if script.specification is None else Classes(script, self.data)
+        if script.classes is not None and script.classes.context.control:
+            what = "classes in the control view, which drops their data"
+            raise ScriptError(messages.not_generated(what, None, "leave out `view control`"))
 
     def design(self) -> Design:
         term = self.script.process(self.process)
@@ -438,9 +443,13 @@ class _Designer:
         if main is not None and unused:
             what = f"the operation `{unused[0].channel}`, which `main` does not mention: it can happen at any time"
             raise ScriptError(messages.not_generated(what, model.span, "let `main` say when it can happen"))
-        methods = [m for o in made.operations if (m := self._class_method(model, o)) is not None]
-        names = {m.channel: m.name for m in methods}
-        operations = tuple((o.attribute, operation_arguments(o, names.get(o.channel))) for o in made.operations)
+        methods: list[MethodDesign] = []
+        rows: list[tuple[str, str]] = []
+        for operation in made.operations:
+            reads, method = self._reading_method(model, operation), self._class_method(model, operation)
+            methods += [one for one in (reads, method) if one is not None]
+            names = [None if one is None else one.name for one in (method, reads)]
+            rows.append((operation.attribute, operation_arguments(operation, *names)))
         leaf = found.leaves[numbers[0]]
         ports = {o.channel: (o.attribute, self._usual_of(leaf, o.channel)) for o in made.operations}
         module = snake(symbol.name).rstrip("_")
@@ -459,12 +468,20 @@ class _Designer:
             ports,
             timing,
             from_data=expressions.from_data,
-            of_class=ClassPart(f"{camel(symbol.name)}Data", made, operations),
+            of_class=ClassPart(f"{camel(symbol.name)}Data", made, tuple(rows)),
         )
 
     def _usual_of(self, leaf: Leaf, channel: str) -> str | None:
         wire = leaf.ports.get(channel)
         return None if wire is None else self.constants[id(wire)]
+
+    def _reading_method(self, model: core.ClassModel, operation: OperationDesign) -> MethodDesign | None:
+        """The method that gives the inputs of an operation that the class performs by itself."""
+        if not operation.own or not operation.kinds or "!" in operation.kinds or operation.method is None:
+            return None
+        name = f"read_{operation.attribute}"
+        data = (("data", f"{camel(model.name)}Data"),)
+        return MethodDesign(name, operation.channel, data, operation.parameters, "what comes in from outside")
 
     def _class_method(self, model: core.ClassModel, operation: OperationDesign) -> MethodDesign | None:
         """What is to be written for an operation: for a method of the class, and for what a predicate leaves open."""
@@ -473,7 +490,7 @@ class _Designer:
         data = (("data", f"{camel(model.name)}Data"),)
         about = f"`{operation.text}`" if operation.text else None
         return MethodDesign(
-            operation.attribute, operation.channel, (*data, *operation.parameters), operation.gives, about
+            operation.attribute, operation.channel, (*data, *operation.parameters), operation.gives, about, True
         )
 
     def _parameters(self, processes: Processes, symbol: Symbol) -> list[tuple[str, str]]:

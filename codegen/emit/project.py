@@ -251,14 +251,15 @@ def _methods_class(task: TaskDesign) -> str:
 
 def _wanted(method: MethodDesign, of_class: bool) -> str:
     if of_class:
-        return " and ".join(f"`{name}`" for name, _ in method.returns) + " afterwards"
+        return " and ".join(f"`{name}`" for name, _ in method.returns) + (" afterwards" if method.afterwards else "")
     return " and ".join(f"a value of {_plain(text)}" for text, _ in method.returns)
 
 
 def _method_text(method: MethodDesign) -> str:
     if method.about is not None or (method.parameters and method.parameters[0][0] == "data"):
         what = f": {method.about}" if method.about else ""
-        gives = f"; gives {', '.join(f'`{name}`' for name, _ in method.returns)} afterwards" if method.returns else ""
+        after = " afterwards" if method.afterwards else ""
+        gives = f"; gives {', '.join(f'`{name}`' for name, _ in method.returns)}{after}" if method.returns else ""
         return f"`{method.channel}`{what}{gives}."
     fields = "".join(f", with `{name}`" for name, _ in method.parameters)
     gives = "; gives " + " and ".join(f"a value of {_plain(t)}" for t, _ in method.returns) if method.returns else ""

@@ -156,10 +156,11 @@ def agreed(channel: Channel, group: Group, offers: Sequence[Offer]) -> Sequence[
     """
     if offers[0].body is not None:
         fields = offers[0].fields
-        if channel.by_event is None and not any(type(field) is OneOf for field in fields):
+        accept = offers[0].accept
+        if channel.by_event is None and accept is None and not any(type(field) is OneOf for field in fields):
             return (fields,)
         try:
-            return (fields,) if agreed(channel, group, (Offer(channel, fields),)) else ()
+            return (fields,) if agreed(channel, group, (Offer(channel, fields, accept),)) else ()
         except NobodyDecides:
             return (fields,)
     columns: list[Sequence[Any]] = []

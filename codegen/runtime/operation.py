@@ -88,6 +88,8 @@ class Operation:
         outcomes: of the class's data: from the values of input and simple fields to the outcomes, not yet held against
             types and invariant. None: the data does not restrict the events.
         guard: of an operation with a guard of its own; where it holds and there is no outcome, the operation breaks.
+        reads: of an operation without outputs that the task performs alone: is called when it is to happen, and gives
+            the values of its inputs: what the world outside says.
         body: is called when the operation has happened, with its values: a method.
         gives: the variables whose values the method gives; () if it only acts.
         post: of an operation whose method gives values: whether the predicate holds with them.
@@ -100,12 +102,14 @@ class Operation:
         outcomes: Callable[..., Outcomes] | None = None,
         *,
         guard: Callable[..., bool] | None = None,
+        reads: Callable[..., Any] | None = None,
         body: Callable[..., Any] | None = None,
         gives: tuple[str, ...] = (),
         post: Callable[..., bool] | None = None,
     ) -> None:
         self.channel = channel
         self.kinds = kinds
+        self.reads = reads
         self.body = body
         self.gives = gives
         self._outcomes = outcomes
@@ -152,7 +156,11 @@ class Operation:
         if self._outcomes is None:
             return self.channel.offer(*fields)
         if any(kind != "!" for kind in self.kinds):
-            return self.channel.offer(*fields, accept=lambda *values: self.accepts(data, values))
+            offer = self.channel.offer(*fields, accept=lambda *values: self.accepts(data, values))
+            reads = self.reads
+            if reads is not None and all(field is ANY for field in fields):
+                offer.body = lambda: reads(data)
+            return offer
         if not self.open_for(()):
             return None
         try:

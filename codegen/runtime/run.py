@@ -192,6 +192,8 @@ class Run:
             if isinstance(field, OneOf) and value not in field.values:
                 raise WrongOffer(f"{task}: the method {offer.channel.name} gave {value!r}, outside {offer.text()}")
         by_event = offer.channel.by_event
+        if offer.accept is not None and not offer.accept(*values):
+            raise WrongOffer(f"{task}: the method {offer.channel.name} gave {values!r}, which is not accepted now")
         if by_event is not None and frozenset((task,)) not in by_event.get(values, ()):
             raise WrongOffer(f"{task}: the method {offer.channel.name} gave {values!r}, which cannot happen")
         with self._lock:
@@ -220,7 +222,7 @@ class Run:
 
     def decided(self, task: str, offer: Offer) -> Values:
         """The values of the open fields of an offer, as the policy has them."""
-        plain = Offer(offer.channel, offer.fields)
+        plain = Offer(offer.channel, offer.fields, offer.accept)
         with self._lock:
             candidates = agreed(offer.channel, frozenset((task,)), (plain,))
             if not candidates:

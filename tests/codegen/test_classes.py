@@ -27,6 +27,7 @@ from codegen.runtime import (
     Program,
     Randomly,
     Reals,
+    WrongOffer,
     contracts,
 )
 from cspcheck import testing
@@ -204,6 +205,39 @@ def test_methods_by_hand_are_used_and_held_against_their_predicate(tmp_path: Pat
             run()
     finally:
         contracts.switch(True)
+
+
+def test_what_comes_in_from_outside_is_given_by_a_method(tmp_path: Path) -> None:
+    script = cspcheck.loads(MESSAGES)
+    generate(script, "SYSTEM", tmp_path)
+    yours = tmp_path / "producer_methods.py"
+    text = yours.read_text()
+    assert "def read_make(self, data: ProducerData) -> MESSAGE:" in text
+    assert "# TO DO: give `m`; until then the program decides." in text
+    text = text.replace("return super().read_make(data)", "return MESSAGE.MESSAGE_2")
+    yours.write_text(text)
+    with loaded(tmp_path) as main:
+        memory = Memory()
+        Program(main.tasks()).run("loop", recorder=memory, events=50)
+    assert {r.values[0].value for r in memory.records} == {"MESSAGE_2"}
+
+
+def test_what_comes_in_must_be_acceptable() -> None:
+    channel = Channel("read", [Integers(0, 9)], parties=["Tank"])
+
+    class Task(ClassTask):
+        async def run(self) -> None:
+            await self.do(
+                Operation(channel, "?", lambda x: iter([Outcome()] if x > 5 else []), reads=lambda data: given)
+            )
+
+    given = 7
+    memory = Memory()
+    Program([Task("Tank", Data())]).run("loop", recorder=memory)
+    assert memory.trace() == ["read.7", "tick"]
+    given = 3
+    with pytest.raises(WrongOffer, match=r"Tank: the method read gave \(3,\), which is not accepted now"):
+        Program([Task("Tank", Data())]).run("loop")
 
 
 class Tank(Data):
