@@ -22,10 +22,18 @@ class Timing:
     of which it ``mentions`` some.
     """
 
-    tock: ChannelHead
+    unit: Unit
+    clock: Symbol
     duration: Code | None
     size: int
     mentions: frozenset[Symbol]
+
+    @property
+    def tock(self) -> ChannelHead:
+        """The channel ``tock``, which may be declared behind the section."""
+        head = self.unit.head(self.clock)
+        assert isinstance(head, ChannelHead)
+        return head
 
     @property
     def event(self) -> Event:

@@ -233,13 +233,12 @@ class Declarations:
 
 def timing(evaluator: Evaluator, section: syntax.TimedDeclaration, frame: Frame) -> Timing:
     """The clock of a Timed section."""
-    tock = frame.unit.head(evaluator.names.tock(section))
-    assert isinstance(tock, ChannelHead)
+    tock = evaluator.names.tock(section)
     duration = section.duration
     if duration is None:
-        return Timing(tock, None, 0, frozenset())
+        return Timing(frame.unit, tock, None, 0, frozenset())
     mentions = mentioned(duration, evaluator.names, evaluator.free_variables)
-    return Timing(tock, lambda env: evaluator.value(duration, frame)(env), frame.size, mentions)
+    return Timing(frame.unit, tock, lambda env: evaluator.value(duration, frame)(env), frame.size, mentions)
 
 
 def function_routine(
