@@ -55,14 +55,19 @@ def unclosed_block(span: Span, word: str, last_end: Span | None) -> Diagnostic:
     example="class C\n  state\n    n : nat\n  where\n    (n < 3\nend",
     repair="class C\n  state\n    n : nat\n  where\n    (n < 3)\nend",
 )
-def unclosed_bracket(span: Span, closer: str, found: Span, found_words: str) -> Diagnostic:
-    """The bracket at *span* is still open where *found* shows that it should be closed."""
+def unclosed_bracket(span: Span, closer: str, found: Span, found_words: str, *, compares: bool = False) -> Diagnostic:
+    """The bracket at *span* is still open where *found* shows that it should be closed.
+
+    *compares*: it is a `<` at the beginning of a line.
+    """
     return Diagnostic(
         "CSP603",
         f"this `{span.text}` is never closed",
         span,
         labels=(Label(found, f"expected `{closer}` before {found_words}"),),
-        help=f"close it with `{closer}`",
+        help="at the beginning of a line `<` opens a sequence; to compare, put it at the end of the line before"
+        if compares
+        else f"close it with `{closer}`",
     )
 
 

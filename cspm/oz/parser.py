@@ -171,7 +171,12 @@ class Paragraphs(Terms):
         found: list[z.Term] = []
 
         def line() -> None:
-            found.append(self.expression())
+            first = self.token
+            term = self.expression()
+            if found and first.kind == "-" and isinstance(term, z.Operator) and term.name not in _LOGICAL:
+                # A number is no predicate: the line was meant to go on with the one before.
+                raise Stuck(messages.unexpected(self.span(first), "`-`", ["a predicate"], help=_MINUS))
+            found.append(term)
             self.line_ends()
 
         while not self.token.section:
@@ -300,4 +305,6 @@ class Paragraphs(Terms):
         return tuple(names)
 
 
+_LOGICAL: Final = frozenset(["and", "or", "implies", "iff", "not"])
+_MINUS: Final = "a line that begins with `-` is a predicate of its own; put the sign at the end of the line before"
 _RETRIEVE: Final = "a retrieve relation is written `retrieve R between A and C where ... end`"

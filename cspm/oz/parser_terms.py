@@ -98,7 +98,10 @@ class Terms:
         if self.open and (token.section or token.kind in CLOSERS.values()):
             opener = self.open[-1]
             closer = self._written(CLOSERS[opener.kind])
-            raise Stuck(messages.unclosed_bracket(self.span(opener), closer, self.span(token), words))
+            compares = opener.first and closer == ">" and opener is self.open[0]
+            raise Stuck(
+                messages.unclosed_bracket(self.span(opener), closer, self.span(token), words, compares=compares)
+            )
         labels: tuple[Label, ...] = ()
         if self.open:
             labels = (Label(self.span(self.open[-1]), "inside this bracket"),)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from cspm import syntax as s
 from cspm.oz import syntax as z
 from cspm.oz.operators import SPELLINGS
+from cspm.oz.printer import print_term
 from cspm.parser import parse
 from cspm.source import Source
 from tests.cspm.strategies_syntax import deferred
@@ -47,6 +48,11 @@ UNARY = sorted({s.name for s in SPELLINGS if s.kind in ("prefix", "postfix")})
 def declares(terms, least=1, most=2):
     declared = node(z.Declared, name=names, decoration=decorations)
     return some(node(z.Declare, names=some(declared, 1, 2), carrier=terms), least, most)
+
+
+def lines(terms):
+    """Predicates, none of which begins with a minus: a number is no predicate, and the parser says so."""
+    return some(terms.filter(lambda term: not print_term(term).startswith("-")))
 
 
 def definitions(terms):
@@ -143,13 +149,13 @@ def paragraphs(terms, *, local: bool = False):
             branches=some(node(z.Branch, name=names, argument=st.one_of(st.none(), terms)), 1),
         ),
         node(z.Abbreviation, name=names, body=terms, generics=some(declared_names, 0, 2)),
-        node(z.Axiom, declarations=declares(terms), predicates=some(terms)),
+        node(z.Axiom, declarations=declares(terms), predicates=lines(terms)),
         node(
             z.Schema,
             name=names,
             declarations=declares(terms),
-            predicates=some(terms),
-            initial=st.one_of(st.none(), some(terms)),
+            predicates=lines(terms),
+            initial=st.one_of(st.none(), lines(terms)),
         ),
     ]
     if local:
@@ -158,7 +164,7 @@ def paragraphs(terms, *, local: bool = False):
         *types,
         node(z.Reading, subject=subjects, carrier=terms),
         node(z.View, kind=st.sampled_from(["control", "data"])),
-        node(z.Retrieve, name=names, abstract=declared_names, concrete=declared_names, predicates=some(terms)),
+        node(z.Retrieve, name=names, abstract=declared_names, concrete=declared_names, predicates=lines(terms)),
         classes(terms),
         classes(terms),
     )
@@ -193,9 +199,9 @@ def classes(terms):
         paragraphs=some(paragraphs(terms, local=True), 0, 2),
         state=st.one_of(
             st.none(),
-            node(z.State, primary=declares(terms, 0), secondary=declares(terms, 0), predicates=some(terms)),
+            node(z.State, primary=declares(terms, 0), secondary=declares(terms, 0), predicates=lines(terms)),
         ),
-        initial=st.one_of(st.none(), node(z.Initial, predicates=some(terms))),
+        initial=st.one_of(st.none(), node(z.Initial, predicates=lines(terms))),
         operations=some(
             st.one_of(
                 node(
@@ -203,7 +209,7 @@ def classes(terms):
                     name=names,
                     delta=delta,
                     declarations=declares(terms, 0),
-                    predicates=some(terms),
+                    predicates=lines(terms),
                 ),
                 node(z.OperationDefinition, name=names, body=operation_terms(2)),
             )

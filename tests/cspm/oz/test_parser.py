@@ -430,6 +430,14 @@ class TestMistakes:
         assert mistakes(text)[:2] == ["CSP601", "CSP608"]
         assert len(mistakes(text)) == 8
 
+    @pytest.mark.parametrize(("rest", "sign"), [("- 1", "`-`"), ("< 3", "`<`")])
+    def test_a_sign_that_begins_a_line(self, rest, sign):
+        with pytest.raises(ScriptError) as caught:
+            parse(Source("x.csp", f"schema S\n  n : nat\nwhere\n  n = n\n    {rest}\nend"))
+        (diagnostic,) = caught.value.diagnostics
+        assert sign in diagnostic.message
+        assert "at the end of the line before" in diagnostic.help
+
     def test_mistakes_in_equations_are_those_of_csp(self):
         assert mistakes("class C\n  chan a\n  main = a -> ->\nend") == ["CSP110"]
 
