@@ -91,13 +91,13 @@ def dynamic(task: str, operator: str, span: Span | None) -> Diagnostic:
     "an internal choice that nobody makes",
     explanation="""
 `P |~| Q` leaves the choice to whoever builds the system. A program must make it, and the script does not say how.
-`--internal-choice in-turn` or `--internal-choice random` leaves it to the program's policy.
+`--internal-choice policy` leaves it to the program's policy, as it is run: in turn, or at random.
 """,
     example="""
 channel a, b
 P = a -> P |~| b -> P
 """,
-    repair="cspcheck gen script.csp --internal-choice random -o program",
+    repair="cspcheck gen script.csp --internal-choice policy -o program",
 )
 def internal_choice(span: Span) -> Diagnostic:
     """There is an internal choice, and no policy for it was given."""
@@ -105,7 +105,7 @@ def internal_choice(span: Span) -> Diagnostic:
         "CSP804",
         "this internal choice needs a decision, and nobody is named who makes it",
         span,
-        help="say `--internal-choice in-turn` or `--internal-choice random`, or write an external choice",
+        help="say `--internal-choice policy`, or write an external choice",
     )
 
 

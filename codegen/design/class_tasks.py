@@ -7,7 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from codegen import messages
 from codegen.design.classes import OperationDesign
 from codegen.design.expressions import Expressions
-from codegen.design.tasks import InternalChoice, Processes, State, Use
+from codegen.design.pieces import InternalChoice, State, Use
+from codegen.design.tasks import Processes
 from cspm.diagnostics import ScriptError
 from cspm.names_symbols import Symbol
 from cspm.oz import core

@@ -14,9 +14,9 @@ from codegen import messages
 from codegen.design.data import Data
 from codegen.design.expressions import AND, TERNARY
 from codegen.design.naming import safe, snake, unique
+from codegen.design.pieces import RESERVED as TASK_RESERVED
+from codegen.design.pieces import Lines
 from codegen.design.predicates import Key, Terms, keys_in, ways
-from codegen.design.tasks import RESERVED as TASK_RESERVED
-from codegen.design.tasks import Lines
 from cspm.diagnostics import ScriptError
 from cspm.oz import core
 from cspm.oz.evaluation import Evaluator

@@ -10,8 +10,8 @@ from functools import cache
 from typing import Any
 
 from codegen import runtime
+from codegen.design.model import ChannelDesign, Design, MethodDesign, TaskDesign
 from codegen.design.naming import camel
-from codegen.design.program import ChannelDesign, Design, MethodDesign, TaskDesign
 
 WIDTH = 120
 

@@ -16,7 +16,7 @@ from cspcheck.cli.options import script_options
 @click.option("--process", metavar="NAME", help="The process to generate, if the script leaves a choice.")
 @click.option(
     "--internal-choice",
-    type=click.Choice(["refuse", "in-turn", "random"]),
+    type=click.Choice(["refuse", "policy"]),
     default="refuse",
     show_default=True,
     help="What becomes of `|~|`: not generated, or decided by the program's policy when it runs.",

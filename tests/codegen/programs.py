@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import cspcheck
+from codegen.design.pieces import InternalChoice
 from codegen.design.program import design
-from codegen.design.tasks import InternalChoice
 from codegen.emit.keeping import write
 from codegen.emit.project import project
 from codegen.runtime import Deadlock, Program, Randomly, Record, VirtualClock
@@ -30,7 +30,7 @@ EXAMPLES: tuple[tuple[str, str, InternalChoice], ...] = (
     ("classics/peterson.csp", "System", "refuse"),
     ("classics/token_ring.csp", "Ring", "refuse"),
     ("classics/election.csp", "Election", "refuse"),
-    ("classics/abp.csp", "Protocol", "random"),
+    ("classics/abp.csp", "Protocol", "policy"),
 )
 """Script, process and internal choice of every exhibit that is generated."""
 
