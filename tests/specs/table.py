@@ -95,10 +95,13 @@ def without_times(text: str) -> str:
 
 
 def main(names: list[str]) -> None:
-    """Write the tables of the named systems, or all of them, and that of the systems."""
+    """Write the tables of the named systems and that of all; without names, those in which more than times differ."""
     for readme in readmes():
-        if not names or readme.parent == SPECS or readme.parent.name in names:
-            readme.write_text(as_it_should_be(readme), encoding="utf-8")
+        if names and readme.parent != SPECS and readme.parent.name not in names:
+            continue
+        text, wanted = readme.read_text(encoding="utf-8"), as_it_should_be(readme)
+        if names or without_times(text) != without_times(wanted):
+            readme.write_text(wanted, encoding="utf-8")
 
 
 if __name__ == "__main__":
