@@ -18,11 +18,13 @@ class Incomplete(Exception):
 
     Attributes:
         states, transitions: what was covered.
+        endless: whether a component has too many states to be explored by itself, so that no search has begun.
     """
 
-    def __init__(self, reason: str, states: int = 0, transitions: int = 0) -> None:
+    def __init__(self, reason: str, states: int = 0, transitions: int = 0, *, endless: bool = False) -> None:
         super().__init__(reason)
         self.reason = reason
+        self.endless = endless
         self.states = states
         self.transitions = transitions
 

@@ -17,6 +17,7 @@ from checker.normal_form import FailuresModel, Semantics
 from checker.observed_refinement import ObservedModel, refines_observed
 from checker.properties import deadlock_free, divergence_free, has_trace
 from checker.refinement import refines
+from checker.replay import ReplayFailure
 from checker.search import Progress
 from checker.verdict import Limits, Outcome, Verdict
 from cspm.events import EventSet, EventTable
@@ -151,12 +152,15 @@ class Checker:
             budget: the limits, running; by default the checker's, from now.
         """
         budget = budget or Budget(self._limits)
-        context = self._context(budget)
         if model == "T" or model == "F" or model == "FD":
             checked: Semantics = model
-            return _answered(budget, lambda: refines(context, specification, checked, implementation))
+            return self._answered(
+                budget, implementation, lambda context: refines(context, specification, checked, implementation)
+            )
         observed: ObservedModel = model
-        return _answered(budget, lambda: refines_observed(context, specification, observed, implementation))
+        return self._answered(
+            budget, None, lambda context: refines_observed(context, specification, observed, implementation)
+        )
 
     def check_property(
         self,
@@ -176,19 +180,20 @@ class Checker:
             budget: the limits, running; by default the checker's, from now.
         """
         budget = budget or Budget(self._limits)
-        context = self._context(budget)
         model = model or _DEFAULT_MODELS[kind]
         if kind == "divergence free":
-            return _answered(budget, lambda: divergence_free(context, process))
+            return self._answered(budget, process, lambda context: divergence_free(context, process))
         if kind == "has trace":
             semantics: Semantics = "T" if model == "T" else _FAILURES[model]
-            return _answered(budget, lambda: has_trace(context, process, trace, semantics))
+            return self._answered(
+                budget, process, lambda context: has_trace(context, process, trace, semantics), len(trace)
+            )
         if model == "T":
             reason = f"`{kind}` is not a property of traces: use [F] or [FD]"
             return budget.outcome(Verdict.UNKNOWN, reason, 0, 0)
         failures = _FAILURES[model]
         check = deadlock_free if kind == "deadlock free" else deterministic
-        return _answered(budget, lambda: check(context, process, failures))
+        return self._answered(budget, process, lambda context: check(context, process, failures))
 
     def lts(self, process: Process) -> Lts:
         """The explicit machine of a process, all its states in the order of discovery.
@@ -207,20 +212,40 @@ class Checker:
     def _context(self, budget: Budget) -> Context:
         return Context(self._machines, self._script.events, budget)
 
+    def _answered(
+        self, budget: Budget, subject: Process | None, check: Callable[[Context], Outcome], length: int | None = None
+    ) -> Outcome:
+        """The outcome of a check; unknown where it could not be done.
+
+        Args:
+            budget: what may be used.
+            subject: the process that is searched, of which the beginning is looked at if it has no end; None: never.
+            check: does it.
+            length: for ``has trace`` the number of events, which the beginning may tell all about.
+        """
+        try:
+            return check(self._context(budget))
+        except Incomplete as incomplete:
+            unknown = budget.outcome(Verdict.UNKNOWN, incomplete.reason, incomplete.states, incomplete.transitions)
+            if subject is None or not incomplete.endless:
+                return unknown
+        try:
+            machines, levels = self._machines.at_the_beginning(subject, budget)
+            found = check(Context(machines, self._script.events, budget))
+        except (Incomplete, ReplayFailure):
+            # Beyond the levels that are there as a whole the machine has deadlocks that the process does not have.
+            return unknown
+        told = found.verdict is Verdict.PASS and length is not None and length < levels
+        if found.counterexample is not None:
+            told = sum(event != "tau" for event in found.counterexample.trace) < levels
+        return found if told else unknown
+
     def _process(self, expression: Expr, options: tuple[AssertOption, ...]) -> Process:
         process = self._script.process(expression)
         for option in options:
             if option.kind == "tau priority" and option.events is not None:
                 process = Prioritised(process, (EventSet(), self._script.event_set(option.events)))
         return process
-
-
-def _answered(budget: Budget, check: Callable[[], Outcome]) -> Outcome:
-    """The outcome of a check; unknown where it could not be done."""
-    try:
-        return check()
-    except Incomplete as incomplete:
-        return budget.outcome(Verdict.UNKNOWN, incomplete.reason, incomplete.states, incomplete.transitions)
 
 
 def _inverted(outcome: Outcome) -> Outcome:

@@ -33,18 +33,24 @@ from cspm.process import Process
 
 Trace = tuple[int, ...]
 
+EARLIER_NODES = 20_000
+"""So many sets of states are looked at for nondeterminism that comes before a divergence."""
+
 
 def deterministic(context: Context, process: Process, model: FailuresModel) -> Outcome:
     """Whether there is no trace after which an event is both possible and refusable; in FD also no divergence.
 
-    States and transitions are those of the process. A divergence is looked for first (FD); in F a divergence refuses
-    nothing, and only the states that can be relied on count.
+    States and transitions are those of the process. In FD what comes after the first trace is shown, divergence or
+    nondeterminism, and the divergence if both do; in F a divergence refuses nothing, and only the states that can be
+    relied on count.
     """
     machines, budget = context.machines, context.budget
     exploration = machines.exploration(process, "divergence" if model == "FD" else "everything", budget)
     level = exploration.divergence_level
     if level is not None and model == "FD":
-        return divergence_found(context, process, exploration, level)
+        return _earlier_nondeterminism(context, process, exploration, level) or divergence_found(
+            context, process, exploration, level
+        )
     counts = exploration.levels[-1], exploration.transitions
     if not exploration.complete:
         return _as_far_as_explored(context, process, exploration, model)
@@ -57,6 +63,23 @@ def deterministic(context: Context, process: Process, model: FailuresModel) -> O
     except Incomplete as incomplete:
         raise Incomplete(incomplete.reason, *counts) from None
     return budget.outcome(Verdict.PASS if trace is None else Verdict.FAIL, None, *counts, counterexample)
+
+
+def _earlier_nondeterminism(context: Context, process: Process, exploration: Exploration, level: int) -> Outcome | None:
+    """The failure by nondeterminism after a trace that comes before that of the first divergence, if there is one.
+
+    Where this takes too long the divergence has to do.
+    """
+    divergence = visible(shortest_path(exploration, exploration.tau_cyclic(level)))
+    try:
+        lts = explored_part(exploration, level)
+        trace = _by_normal_form(context, lts, level, EARLIER_NODES)
+        if trace is None or (len(trace), trace) >= (level, divergence):
+            return None
+        counterexample = _explained(context, process, trace)
+    except Incomplete:
+        return None
+    return context.budget.outcome(Verdict.FAIL, None, *context.covered(exploration, level), counterexample)
 
 
 def _as_far_as_explored(context: Context, process: Process, exploration: Exploration, model: FailuresModel) -> Outcome:
@@ -79,9 +102,9 @@ def _as_far_as_explored(context: Context, process: Process, exploration: Explora
     return budget.outcome(Verdict.UNKNOWN, budget.shortfall(exploration, sought), *counts)
 
 
-def explored_part(exploration: Exploration) -> Lts:
-    """The machine of the completed levels; its last state stands for all that is beyond them."""
-    beyond = exploration.levels[-1]
+def explored_part(exploration: Exploration, last: int | None = None) -> Lts:
+    """The machine of the completed levels, or those up to the *last*; its last state is all that is beyond them."""
+    beyond = exploration.levels[-1 if last is None else last + 1]
     none = np.zeros(0, dtype=np.int64)
     lengths, labels, targets = [none], [none], [none]
     for chunk in in_chunks(exploration, np.arange(beyond)):
@@ -164,18 +187,32 @@ def _against_candidate(context: Context, process: Process, chosen: NormalForm) -
     return None
 
 
-def _by_normal_form(context: Context, lts: Lts) -> Trace | None:
+def _by_normal_form(context: Context, lts: Lts, longest: int | None = None, most: int | None = None) -> Trace | None:
     """The first trace with nondeterminism, or None, by the subset construction.
 
     With divergence there need not be a stable state to choose after a trace, so all states are followed.
+
+    Args:
+        context: what checks work with.
+        lts: the machine.
+        longest: how many events the trace may have.
+        most: how many sets of states are looked at.
+
+    Raises:
+        Incomplete: there are more.
     """
     normaliser = Normaliser(lts, "F")
     came_by: dict[int, tuple[int, int]] = {}
+    length = {0: 0}
     node = 0
     while node < normaliser.nodes:
         if node % 256 == 0:
             context.budget.check_time("looking for nondeterminism")
+        if longest is not None and length[node] > longest:
+            return None
         known = normaliser.nodes
+        if most is not None and known > most:
+            raise Incomplete("too many sets of states")
         moves = normaliser.extend(node)
         possible = {int(normaliser.events[column]) for column, _ in moves}
         if any(possible - set(acceptance) for acceptance in normaliser.acceptances(node)):
@@ -187,6 +224,7 @@ def _by_normal_form(context: Context, lts: Lts) -> Trace | None:
         for column, target in moves:
             if target >= known:
                 came_by.setdefault(target, (node, int(normaliser.events[column])))
+                length.setdefault(target, length[node] + 1)
         node += 1
     return None
 

@@ -24,7 +24,8 @@ from checker.normaliser import Normaliser
 from checker.packed import PackedNetwork, pack
 from checker.pair_search import PairExploration, explore_pairs
 from checker.search import Exploration, Progress, explore
-from checker.skeleton import look_through
+from checker.shallow import beginning
+from checker.skeleton import compile_single, look_through
 from checker.verdict import Limits
 from cspm.process import Compressed, Process
 
@@ -36,6 +37,9 @@ Specification = NormalForm | Normaliser | LazySpecification
 
 KEPT_BYTES = 1 << 30
 """Machines are kept for later assertions as long as all together take no more than this (the last is always kept)."""
+
+BEGINNING = 20_000
+"""So many states of a process without end are looked at for something that is wrong early on."""
 
 WHOLE_NORMAL_FORM = 50_000
 """Normal forms of more nodes than this are extended node by node as the search reaches them."""
@@ -66,6 +70,7 @@ class Machines:
         self._progress = progress
         self._notify = notify
         self._compiler = Compiler()
+        self._beginnings: dict[Process, PackedNetwork] = {}
         self._too_large: set[tuple[Compressed, Limits]] = set()
         self._kept: OrderedDict[Hashable, tuple[Any, int]] = OrderedDict()
 
@@ -81,6 +86,8 @@ class Machines:
             Incomplete: a component is too large for a limit, or took too long.
             ScriptError: a definition cannot be evaluated.
         """
+        if process in self._beginnings:
+            return self._beginnings[process]
         original = original or self.full
         key = ("packed", process, original)
         found: PackedNetwork | None = self._find(key)
@@ -93,11 +100,22 @@ class Machines:
             try:
                 found = pack(self._compiler.network(process, budget.limits, poll, compress))
             except LimitReached as reached:
-                raise Incomplete(budget.too_many_terms(reached), reached.states) from None
+                raise Incomplete(budget.too_many_terms(reached), reached.states, endless=True) from None
             if not original and not found.network.is_compressed:
                 self._keep(("packed", process, True), found, 0)
             self._keep(key, found, 0)
         return found
+
+    def at_the_beginning(self, process: Process, budget: Budget) -> tuple[Machines, int]:
+        """Machines for which *process* is what it can do within its first levels, and how many these are.
+
+        They share nothing with these, so that nothing of the rest is taken for what it is not.
+        """
+        most = BEGINNING if budget.limits.states is None else min(BEGINNING, budget.limits.states)
+        found = beginning(process, most, lambda _: budget.check_time("looking at the beginning of the process"))
+        others = Machines(workers=self.workers, full=self.full, progress=self._progress, notify=self._notify)
+        others._beginnings[process] = pack(compile_single(process, found.machine))
+        return others, found.levels
 
     def _compressed(self, budget: Budget, term: Compressed, role: Alone | Joined) -> Lts | None:
         """The machine of a compressed process in a role; None where its operand is too large to be explored by itself.

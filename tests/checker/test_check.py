@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from checker import machines
-from checker.budget import Budget
+from checker.budget import Budget, Incomplete
 from checker.check import Checker
 from checker.verdict import Limits, Outcome, Verdict
 from cspm.process import DIV, STOP, Chaos, Prefix, Process, Reference, Run
@@ -232,6 +232,96 @@ class TestCounts:
         outcome = checker().check_refinement(forever(a), "T", forever(a, a))
         assert (outcome.states, outcome.transitions) == (2, 2)
         assert checker(full=True).check_refinement(forever(a, a, a), "T", forever(a, a)).states == 6
+
+
+class TestProcessesWithoutEnd:
+    """What is wrong early on is found although the process cannot be explored."""
+
+    @pytest.fixture(autouse=True)
+    def few(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(machines, "BEGINNING", 50)
+
+    def counter(self, n: int = 0) -> Process:
+        """``a`` as often as one likes, and ``b`` at most as often; after three more ``a`` than ``b`` also ``c``."""
+        down = [then(b, self.counter_at(n - 1))] if n else []
+        late = [then(c, STOP)] if n == 3 else []
+        return choose(then(a, self.counter_at(n + 1)), *down, *late) if n else then(a, self.counter_at(1))
+
+    def counter_at(self, n: int) -> Process:
+        return known(n, self)
+
+    @pytest.mark.parametrize("full", [False, True])
+    def test_a_shallow_failure_is_found(self, full: bool) -> None:
+        process = self.counter_at(0)
+        on = checker(states=300, full=full)
+        deadlock = on.check_property(process, "deadlock free").counterexample
+        assert deadlock is not None
+        assert deadlock.trace == ("a", "a", "a", "c")
+        trace = on.check_refinement(Run(events(a, b)), "T", process).counterexample
+        assert trace is not None
+        assert (trace.trace, trace.event) == (("a", "a", "a"), "c")
+        refused = on.check_refinement(Run(events(a, b, c)), "F", process).counterexample
+        assert refused is not None
+        assert (refused.kind, refused.trace) == ("refusal", ())
+        assert on.check_property(process, "has trace", "F", (a, b, a)).verdict is Verdict.PASS
+        assert on.check_property(process, "has trace", "F", (a, b, b)).verdict is Verdict.FAIL
+
+    def test_a_trace_is_found(self) -> None:
+        on = checker(states=300)
+        assert on.check_property(self.counter_at(0), "has trace", "T", (a, b, a, a)).verdict is Verdict.PASS
+        assert on.check_property(self.counter_at(0), "has trace", "T", (a, b, b)).verdict is Verdict.FAIL
+
+    def test_what_is_not_found_at_the_beginning_is_unknown(self) -> None:
+        on = checker(states=300)
+        outcome = on.check_refinement(Run(events(a, b, c)), "T", self.counter_at(0))
+        assert outcome.verdict is Verdict.UNKNOWN
+        assert on.check_property(self.counter_at(0), "divergence free").verdict is Verdict.UNKNOWN
+        assert on.check_property(self.counter_at(0), "has trace", "T", (a,) * 200).verdict is Verdict.UNKNOWN
+
+    def test_where_the_beginning_ends_there_is_no_deadlock(self) -> None:
+        numbers: dict[int, Process] = {}
+
+        def ahead(n: int) -> Process:
+            if n not in numbers:
+                numbers[n] = reference(f"Ahead({n})", lambda: then(a, ahead(n + 1)))
+            return numbers[n]
+
+        on = checker(states=300)
+        for kind in ("deadlock free", "deterministic"):
+            assert on.check_property(ahead(0), kind).verdict is Verdict.UNKNOWN  # type: ignore[arg-type]
+
+    @settings(max_examples=60)
+    @given(terms, terms, st.integers(1, 12))
+    def test_the_beginning_tells_nothing_but_the_truth(self, p: Process, q: Process, most: int) -> None:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(machines, "BEGINNING", most)
+            whole = checker()
+            for question in questions(p, q):
+                expected = question(whole)
+                cut = checker()
+                patch.setattr(cut._machines, "packed", never)
+                found = question(cut)
+                assert found.verdict in (Verdict.UNKNOWN, expected.verdict)
+                if found.counterexample is not None and expected.counterexample is not None:
+                    assert visible(found) == visible(expected)
+
+
+def never(*_: object, **__: object) -> object:
+    raise Incomplete("no", endless=True)
+
+
+def visible(outcome: Outcome) -> list[str]:
+    assert outcome.counterexample is not None
+    return [event for event in outcome.counterexample.trace if event != "tau"]
+
+
+_counters: dict[int, Process] = {}
+
+
+def known(n: int, test: TestProcessesWithoutEnd) -> Process:
+    if n not in _counters:
+        _counters[n] = reference(f"Counter({n})", lambda: test.counter(n))
+    return _counters[n]
 
 
 class TestWhatCannotBeChecked:
