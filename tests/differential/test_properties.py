@@ -59,8 +59,6 @@ def problem(process: Process, kind: Kind, model: Model, semantics: Semantics, ou
         return None if found is None else f"it holds, so this refutes nothing: {found}"
     if found is None or not refutes_property(found, tree, kind, model):
         return f"this refutes nothing: {found}"
-    if kind == "deterministic" and model == "FD":
-        expected = divergence(tree) or expected  # of a process that can diverge, that is shown
     if visible(found.trace) != expected.trace:
         return f"{found} is not the first counterexample, which is {expected}"
     return None
