@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeGuard
 
 from checker.budget import Budget, Incomplete
 from checker.context import Context
@@ -21,7 +21,6 @@ from checker.replay import ReplayFailure
 from checker.search import Progress
 from checker.verdict import Limits, Outcome, Verdict
 from cspm.events import EventSet, EventTable
-from cspm.oz.syntax import DataRefinement, Obligations, Subtype
 from cspm.process import Prioritised, Process
 from cspm.syntax import (
     Assertion,
@@ -36,6 +35,7 @@ from cspm.syntax import (
 )
 
 if TYPE_CHECKING:
+    from cspm.oz.syntax import DataRefinement, Obligations, Subtype
     from cspm.script import Script
 
 _FAILURES: dict[Model, FailuresModel] = {"F": "F", "FD": "FD", "V": "F", "VD": "FD", "R": "F", "RD": "FD"}
@@ -97,7 +97,7 @@ class Checker:
             return _inverted(self.check(assertion.inner))
         outcome = self._check(assertion)
         classes = self._script.classes
-        if classes is None or isinstance(assertion, Obligations | DataRefinement | Subtype):
+        if classes is None or _is_proved(assertion):
             return outcome  # proofs are about all values, whatever a search takes instead
         return replace(outcome, readings=self._script.readings(assertion), control=classes.context.control)
 
@@ -120,7 +120,7 @@ class Checker:
             if assertion.kind == "has trace":
                 claim = "possible" if model == "T" else "reliable"
             return self._within_readings(outcome, process, None, budget, trace=claim)
-        if isinstance(assertion, Obligations | DataRefinement | Subtype):
+        if _is_proved(assertion):
             from checker.proof.answer import answer, specification_of
 
             return answer(assertion, specification_of(self._script), self._limits.seconds)
@@ -246,6 +246,13 @@ class Checker:
             if option.kind == "tau priority" and option.events is not None:
                 process = Prioritised(process, (EventSet(), self._script.event_set(option.events)))
         return process
+
+
+def _is_proved(assertion: Assertion) -> TypeGuard[DataRefinement | Obligations | Subtype]:
+    """Whether an assertion speaks of classes and is proved, not searched."""
+    from cspm.oz.syntax import DataRefinement, Obligations, Subtype  # only scripts with classes pay for their syntax
+
+    return isinstance(assertion, Obligations | DataRefinement | Subtype)
 
 
 def _inverted(outcome: Outcome) -> Outcome:

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Literal
 from checker.verdict import Counterexample, Outcome, Verdict
 from cspm import syntax
 from cspm.diagnostics import Diagnostic, Severity
-from cspm.oz.syntax import DataRefinement, Obligations, Subtype
 
 if TYPE_CHECKING:
     from cspm.script import Assertion
@@ -146,14 +145,23 @@ def _shape(node: syntax.Assertion) -> tuple[str, str | None, bool, str, str | No
             return "refinement", node.model, negated, _one_line(node.implementation), _one_line(node.specification)
         case syntax.Property():
             return node.kind, node.model or DEFAULT_MODELS[node.kind], negated, _one_line(node.process), None
+        case syntax.BooleanAssertion():
+            return "boolean", None, negated, "", None
+    return _proved_shape(node, negated)
+
+
+def _proved_shape(node: syntax.Assertion, negated: bool) -> tuple[str, str | None, bool, str, str | None]:
+    """The same for an assertion about classes."""
+    from cspm.oz.syntax import DataRefinement, Obligations, Subtype  # only scripts with classes pay for their syntax
+
+    match node:
         case Obligations():
             return node.obligation or "obligations", None, negated, node.subject.name, None
         case DataRefinement():
             return "data refinement", None, negated, node.concrete.name, node.abstract.name
         case Subtype():
             return "subclass", None, negated, node.child.name, node.parent.name
-        case _:
-            return "boolean", None, negated, "", None
+    raise TypeError(f"not an assertion: {node!r}")
 
 
 def _one_line(expression: syntax.Expr) -> str:
