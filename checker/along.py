@@ -18,7 +18,7 @@ from checker.search import Exploration
 from cspm.events import TAU, TICK, EventTable
 from cspm.process import Process
 
-EXPLAINED_STATES = 200_000
+EXPLAINED_STATES = 100_000
 """So many states are looked at to explain a failure without compressions."""
 
 
