@@ -36,6 +36,7 @@ _OTHERS: Final = {
     "@": r"\spot",
     "|": r"\mid \bar \vert",
     "where": r"\where \ST",
+    "initially": r"\initially",
     "==": "",
     "SDEF": r"\sdef \sdefs \defs \triangleq",
     ";": r"\semi \zcmp \dzcmp",

@@ -394,6 +394,11 @@ class Lexer:
             self._add("where", start, self.position, section=True)
             self._break()
             return
+        if kind == "initially":
+            self._break()
+            self._add("NAME", start, self.position, "init", section=True)
+            self._break()
+            return
         value = kind if kind in PREFIX or kind in INFIX else ""
         self._add(kind, start, self.position, value)
 

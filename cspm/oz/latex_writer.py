@@ -26,6 +26,9 @@ from cspm.source import Source
 WIDTH: Final = 76
 """Columns of the text notation that a line of a box has, where that is possible."""
 
+INITIALLY: Final = r"\initially"
+"""Begins what a schema says of its initial values."""
+
 PREAMBLE: Final = r"""\documentclass{article}
 \usepackage{oz}
 \usepackage{verbatim}
@@ -37,6 +40,7 @@ PREAMBLE: Final = r"""\documentclass{article}
 \providecommand{\localchan}{\mathsf{local\_chan}~}
 \providecommand{\inherit}{\mathsf{inherit}~}
 \providecommand{\main}{\mathsf{main}}
+\providecommand{\initially}{\mathit{INIT}}
 \providecommand{\reading}{\mathsf{reading}~}
 \providecommand{\view}{\mathsf{view}~}
 \providecommand{\mathbb}[1]{\mathsf{#1}}
@@ -197,11 +201,13 @@ class Writer:
         return f"\\where\n{self._lines(map(self.term, predicates))}" if predicates else ""
 
     def _schema(self, node: z.Schema) -> str:
-        initial = ""
-        if node.initial is not None:
-            initial = f"\\begin{{init}}\n{self._lines(map(self.term, node.initial))}\\end{{init}}\n"
-        declarations = self._lines(map(self._declare, node.declarations))
-        box = f"{declarations}{self._where(node.predicates)}{initial}"
+        box = self._lines(map(self._declare, node.declarations))
+        if node.initial is None:
+            box += self._where(node.predicates)
+        else:
+            # oz.sty allows no box for INIT outside a class: it is a part of the predicate, behind a word of its own.
+            initial = map(self.term, node.initial)
+            box += f"\\where\n{self._lines([*map(self.term, node.predicates), INITIALLY, *initial])}"
         return f"\\begin{{schema}}{{{_name(node.name)}}}\n{box}\\end{{schema}}\n"
 
     def _axiom(self, node: z.Axiom) -> str:
@@ -212,7 +218,9 @@ class Writer:
 
     def _class(self, node: z.Class) -> str:
         generics = f"[{_names(node.generics)}]" if node.generics else ""
-        sections = "".join(section if section.endswith("\n") else f"{section} \\\\\n" for section in self._parts(node))
+        # Boxes that nothing stands between are set beside each other.
+        sections = " \\\\\n".join(section.removesuffix("\n") for section in self._parts(node))
+        sections += "\n" if sections else ""
         return f"\\begin{{class}}{{{_name(node.name)}}}{generics}\n{sections}\\end{{class}}\n"
 
     def _parts(self, node: z.Class) -> Iterator[str]:
