@@ -10,7 +10,7 @@ import random
 from collections.abc import Callable
 from typing import Any
 
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cspm import syntax as s
@@ -32,6 +32,13 @@ TEXTS = [
     for path in sorted([*CORPUS.glob("evaluate/*/*.csp"), *CORPUS.glob("types/*/*.csp"), *CORPUS.glob("names/*/*.csp")])
     if not path.stem.startswith(LONG)
 ]
+
+
+def through(share: float) -> settings:
+    """The settings of the tests: no time limit, for a recursion without end may take seconds to reach its limit."""
+    return settings(fuzz(share), deadline=None)
+
+
 FEW = 30
 """So many terms of each assertion are unfolded."""
 
@@ -77,7 +84,7 @@ def unfold(term: Process) -> None:
                 stack.extend(getattr(item, field, None) for field in item.__dataclass_fields__)
 
 
-@fuzz(0.06)
+@through(0.06)
 @given(mutated())
 def test_mutations_of_the_corpus_go_through(content: bytes) -> None:
     source = answered(lambda: decode("mutated.csp", content))
@@ -85,7 +92,7 @@ def test_mutations_of_the_corpus_go_through(content: bytes) -> None:
         goes_through(source)
 
 
-@fuzz(0.06)
+@through(0.06)
 @given(st.sampled_from(TEXTS), st.integers(0, 2**32))
 def test_scrambled_scripts_of_the_corpus_go_through(text: str, seed: int) -> None:
     """Words of a script in the places of others: most of these parse, and mean something else or nothing."""
@@ -93,7 +100,7 @@ def test_scrambled_scripts_of_the_corpus_go_through(text: str, seed: int) -> Non
         goes_through(Source("scrambled.csp", scrambled(text, random.Random(seed))))
 
 
-@fuzz(0.04)
+@through(0.04)
 @given(scripts(1) | scripts(2))
 def test_scripts_from_the_grammar_go_through(script: s.Script) -> None:
     goes_through(Source("made.csp", print_script(script)))
