@@ -6,7 +6,7 @@ from collections.abc import Hashable, Sequence
 from fractions import Fraction
 from typing import Any
 
-from codegen import messages
+from codegen import messages, runtime
 from codegen.design.naming import camel, safe, unique, upper
 from cspm import types
 from cspm.diagnostics import ScriptError
@@ -30,7 +30,7 @@ class Data:
 
     def __init__(self, script: Script) -> None:
         self.script = script
-        self.taken: set[str] = {"Any", "Final", "Enum"}
+        self.taken: set[str] = {"Any", "ClassVar", "Enum", "Final", *runtime.__all__}
         self.definitions: list[str] = []
         """Statements, in the order in which they must stand."""
         self.runtime: set[str] = set()

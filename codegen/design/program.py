@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from typing import Any
 
-from codegen import messages
+from codegen import messages, runtime
 from codegen.design.class_tasks import ClassProcesses, main_of, operation_arguments
 from codegen.design.classes import Classes, OperationDesign
 from codegen.design.data import Data
@@ -18,6 +18,7 @@ from codegen.design.tasks import Processes
 from codegen.design.timing import Timing, timings
 from cspm import syntax, types
 from cspm.diagnostics import ScriptError
+from cspm.events import Channel
 from cspm.names_symbols import Symbol, SymbolKind
 from cspm.oz import core
 from cspm.oz.nodes import CarrierSet
@@ -152,7 +153,7 @@ class _Designer:
         if found is None:
             constant = unique(snake(channel.rpartition("::")[2]), {*self.constants.values(), "channels"})
             self.constants[id(dead), len(dead)] = constant
-            declared = next(c for c in self.script.events.channels if c.name == channel)
+            declared = self._declared(channel)
             where = f"the fields of `{channel}`"
             types = [self.data.field_type(domain, None, where) for domain in declared.domains]
             found = dead[channel] = ChannelDesign(channel, constant, types, "[]", [], False)
@@ -200,7 +201,8 @@ class _Designer:
     def _field_names(self, channel: str) -> list[str | None]:
         """How the declaration of a channel calls the types of its fields."""
         owner, _, own = channel.rpartition("::")
-        scope = self.script.names.top_level if not owner else self.script.names.top_level[f"{owner}%"].members
+        module = self.script.names.top_level.get(f"{owner}%")
+        scope = self.script.names.top_level if not owner else {} if module is None else module.members
         symbol = scope.get(own)
         declaration = symbol.declaration if symbol is not None else None
         node = declaration.fields if isinstance(declaration, syntax.ChannelDeclaration) else None
@@ -216,6 +218,17 @@ class _Designer:
             is_name = isinstance(left, syntax.Name) and left.text not in ("Int", "Bool", "Char")
             found.append(left.text if isinstance(left, syntax.Name) and is_name else None)
         return found
+
+    def _declared(self, name: str) -> Channel:
+        """The channel of this name.
+
+        Raises:
+            ScriptError: there is none at the top of the script: it belongs to a module.
+        """
+        for channel in self.script.events.channels:
+            if channel.name == name:
+                return channel
+        raise ScriptError(messages.not_generated(f"the channel `{name}` of a module", None))
 
     def _usual(self, channel: str) -> str | None:
         """The constant that a task takes for a channel unless it is given another."""
@@ -258,7 +271,7 @@ class _Designer:
         self, symbol: Symbol, numbers: list[int], found: Network, timing: Timing, modules: set[str]
     ) -> TaskDesign:
         leaves = [found.leaves[number] for number in numbers]
-        module = snake(symbol.name).rstrip("_")
+        module = snake(symbol.name)
         module = unique(f"{module}_process" if module in RESERVED_MODULES else module, modules)
         if timing.at is not None and timing.at not in leaves[0].ports:
             raise ScriptError(
@@ -270,7 +283,7 @@ class _Designer:
         def uses(channel: str) -> Use:
             wires = [(number, found.leaves[number].ports.get(channel)) for number in numbers]
             own = all(wire is not None and _alone(wire, number) for number, wire in wires)
-            declared = next(c for c in self.script.events.channels if c.name == channel)
+            declared = self._declared(channel)
             return Use(declared.arity, own, timing.at == channel)
 
         plain: set[str] = set()
@@ -288,7 +301,7 @@ class _Designer:
         return TaskDesign(
             symbol.name,
             module,
-            f"{camel(symbol.name)}Task",
+            unique(f"{camel(symbol.name)}Task", set(runtime.__all__)),
             declaration.span.text if declaration is not None else symbol.name,
             parameters,
             loop,
@@ -351,13 +364,13 @@ class _Designer:
             rows.append((operation.attribute, operation_arguments(operation, *names)))
         leaf = found.leaves[numbers[0]]
         ports = {o.channel: (o.attribute, self._usual_of(leaf, o.channel)) for o in made.operations}
-        module = snake(symbol.name).rstrip("_")
+        module = snake(symbol.name)
         module = unique(f"{module}_process" if module in RESERVED_MODULES else module, modules)
         text = model.span.text
         return TaskDesign(
             symbol.name,
             module,
-            f"{camel(symbol.name)}Task",
+            unique(f"{camel(symbol.name)}Task", set(runtime.__all__)),
             text,
             [],
             loop,

@@ -199,6 +199,21 @@ def test_values_of_every_kind_are_written_as_the_script_writes_them(tmp_path: Pa
     assert followed(script, "SYSTEM", tmp_path, 40, seed=1) == (40, False)
 
 
+def test_names_of_the_runtime_are_left_to_it(tmp_path: Path) -> None:
+    script = cspcheck.loads(
+        "datatype Task = Data | Channel\nchannel c : Task\nClass = c?x -> Class\nOperation = c!Data -> Operation\n"
+        "SYSTEM = Class [| {| c |} |] Operation\n"
+    )
+    generate(script, "SYSTEM", tmp_path)
+    assert followed(script, "SYSTEM", tmp_path, 10, seed=1) == (10, False)
+
+
+def test_channels_of_modules_are_refused() -> None:
+    text = "module M\nexports\nchannel c\nP = c -> P\nendmodule\nQ = M::c -> Q\nSYSTEM = Q ||| Q\n"
+    with pytest.raises(cspcheck.ScriptError, match="CSP805"):
+        project(design(cspcheck.loads(text)._script, "SYSTEM"), "program")
+
+
 def test_the_process_that_is_meant_is_found() -> None:
     def found(name: str) -> list[str]:
         return candidates(cspcheck.load(SPECS / name)._script)
