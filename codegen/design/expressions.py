@@ -166,6 +166,8 @@ class Expressions:
                 if known is not None:
                     return (known, ATOM)
             case SymbolKind.CONSTRUCTOR:
+                if symbol.constructor is not None and symbol.constructor.fields is not None:
+                    raise self.refused(node, f"`{node.text}` without its fields")
                 return (self._note(self.data.constructor(symbol, (), node.span)), ATOM)
             case SymbolKind.DATATYPE | SymbolKind.NAMETYPE | SymbolKind.SUBTYPE:
                 constant, _ = self.data.constant(symbol, node.span)

@@ -95,6 +95,11 @@ class _Designer:
         self._function_expressions = Expressions(script, self.data, self._function, "")
         self._pending: list[Symbol] = []
         self.classes = None if script.specification is None else Classes(script, self.data)
+        timed = _timed(script.tree.declarations)
+        if timed is not None:
+            what = "a script with a Timed section: its times are not those of a program"
+            help = "put what is not timed into a script of its own; `-- task NAME: period ... at EVENT` makes periods"
+            raise ScriptError(messages.not_generated(what, timed.span, help))
         if script.classes is not None and script.classes.context.control:
             what = "classes in the control view, which drops their data"
             raise ScriptError(messages.not_generated(what, None, "leave out `view control`"))
@@ -243,9 +248,6 @@ class _Designer:
         key: Any = reference.key
         name = reference.text.partition("(")[0].removesuffix("::visible")
         symbol = self.script.names.top_level.get(name)
-        if symbol is not None and symbol.declaration in self._timed():
-            what = f"`{name}`, which belongs to a Timed section: its times are not those of a program"
-            raise ScriptError(messages.not_generated(what, symbol.span, "say `-- task NAME: period ... at EVENT`"))
         if (
             symbol is None
             or symbol.kind not in (SymbolKind.VALUE, SymbolKind.FUNCTION)
@@ -254,18 +256,6 @@ class _Designer:
         ):
             raise ScriptError(messages.unnamed_task(reference.text, reference.span))
         return symbol, tuple(key[2])
-
-    def _timed(self) -> list[object]:
-        """The definitions of Timed sections."""
-        found: list[object] = []
-        todo: list[syntax.Declaration] = list(self.script.tree.declarations)
-        while todo:
-            one = todo.pop()
-            if isinstance(one, syntax.TimedDeclaration):
-                found.extend(one.declarations)
-            elif isinstance(one, syntax.IncludeDeclaration):
-                todo.extend(one.declarations)
-        return found
 
     def _task(
         self, symbol: Symbol, numbers: list[int], found: Network, timing: Timing, modules: set[str]
@@ -504,6 +494,22 @@ class _Designer:
                             out.add(*bindings, f"return {expressions.text(clause.body)}")
                 out.add(f'raise ValueError("no clause of {declaration.name} matches")')
         self._function_texts.append("\n".join(out.lines))
+
+
+def _timed(declarations: tuple[syntax.Declaration, ...]) -> syntax.Declaration | None:
+    """A Timed section among some declarations, those of includes and modules with them."""
+    for one in declarations:
+        inner: tuple[syntax.Declaration, ...] = ()
+        if isinstance(one, syntax.TimedDeclaration):
+            return one
+        if isinstance(one, syntax.IncludeDeclaration):
+            inner = one.declarations
+        elif isinstance(one, syntax.ModuleDeclaration):
+            inner = (*one.private, *one.exported)
+        found = _timed(inner)
+        if found is not None:
+            return found
+    return None
 
 
 def _one_line(text: str) -> str:

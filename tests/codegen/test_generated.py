@@ -135,6 +135,10 @@ REFUSED = {
     "part of a channel hidden": ("channel a : {0..1}\nP = a?x -> P\nSYSTEM = (P ||| P) \\ {a.0}", "CSP806"),
     "part of a channel renamed": ("channel a, b : {0..1}\nP = a?x -> P\nSYSTEM = (P ||| P)[[a.0 <- b.1]]", "CSP806"),
     "time": ("channel a, tock\nStep(_) = 1\nTimed(Step) {\nP = a -> P\n}\nSYSTEM = P ||| P", "CSP805"),
+    "a constructor in parts": (
+        "datatype A = B.{0..1} | C\nchannel f : A\nP = f.B?x -> P\nSYSTEM = P ||| P",
+        "CSP805",
+    ),
     "two channels renamed to one": ("channel a, b\nP = a -> b -> P\nSYSTEM = (P ||| P)[[a <- b]]", "CSP812"),
     "a channel as argument": ("channel a\nP(c) = c -> P(c)\nSYSTEM = P(a) ||| P(a)", "CSP805"),
     "events as argument": ("channel a\nP(s) = a -> P(s)\nSYSTEM = P({a}) ||| P({a})", "CSP807"),
