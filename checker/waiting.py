@@ -169,7 +169,9 @@ class _Waiting:
         return set().union(*[self._missing(*child, event) for child in chosen if not self._offers(child[1], event)])
 
     def _offers(self, state: Process, event: int) -> bool:
-        return any(label == event for label, _ in self._semantics.transitions(state))
+        row = self._semantics.transitions(state)
+        # Who could still do something else does not end together with the others.
+        return has_terminated(row) if event == TICK else any(label == event for label, _ in row)
 
     def _is_able(self, state: Process, event: int) -> bool:
         if state not in self._alphabets:

@@ -96,6 +96,12 @@ def test_who_has_ended_waits_for_the_others_to_end() -> None:
     assert waits_as_terms(interleave(done, busy)) == {"Done": ["P", "Q"], "P": ["Q"]}
 
 
+def test_who_could_still_do_something_else_keeps_the_others_from_ending() -> None:
+    done, more = reference("Done", lambda: SKIP), reference("More", lambda: choose(then(a, STOP), SKIP))
+    process = interleave(interleave(done, more), reference("Third", lambda: SKIP))
+    assert waits(process) == waits_as_terms(process) == {"Done": ["More"], "Third": ["More"]}
+
+
 @settings(deadline=None)
 @given(compositions(size=5, components=3))
 def test_the_terms_tell_who_waits_as_the_network_does(process: Process) -> None:

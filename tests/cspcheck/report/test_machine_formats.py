@@ -60,7 +60,7 @@ class TestJson:
                 continue
             assert list(result["counterexample"]) == [
                 "kind", "trace", "event", "refusal", "allowed", "loop", "components", "values", "obligation",
-                "causes", "offered", "waiting_cycle", "specification",
+                "causes", "offered", "refusals", "waiting_cycle", "specification",
             ]  # fmt: skip
             for component in result["counterexample"]["components"]:
                 assert list(component) == ["name", "trace", "state", "line", "offers", "waiting_for"]
