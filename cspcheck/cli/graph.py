@@ -73,18 +73,16 @@ def _rendered(picture: Picture, suffix: str) -> str:
 
 
 def _machine(script: Script, text: str, most: int) -> Picture:
-    from checker.budget import Incomplete
+    from checker.transitions import LimitReached, explore
     from checker.verdict import Limits
-    from cspcheck import checking
     from cspcheck.drawing.machines import machine_picture
+    from cspm.process_text import describe
 
-    process = script.process(text)
-    settings = checking.Settings(limits=Limits(states=most), full=True)
     try:
-        lts = checking.checker_for(script, settings, checking.NoWatch()).lts(process)
-    except Incomplete:
+        lts, terms = explore(script.process(text), Limits(states=most))
+    except LimitReached:
         raise ScriptError(too_large_to_draw(text, most)) from None
-    return machine_picture(text, lts, script.events)
+    return machine_picture(text, lts, script.events, lambda state: describe(terms[state], script.events))
 
 
 def _architecture(script: Script, text: str) -> Picture:

@@ -34,7 +34,7 @@ def machine_picture(title: str, lts: Lts, events: EventTable, describe: Callable
         if i == 0:
             nodes.append(Node(str(i), "initial", hint))
         elif i in terminated:
-            nodes.append(Node(str(i), "terminated", hint or "terminated"))
+            nodes.append(Node(str(i), "terminated", hint if hint and hint != "(terminated)" else "terminated"))
         else:
             nodes.append(Node(str(i), "state" if rows[i] else "deadlock", hint))
     edges: dict[tuple[int, int, bool], list[str]] = {}

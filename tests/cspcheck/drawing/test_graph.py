@@ -30,6 +30,7 @@ def test_a_machine_is_drawn_with_all_its_states_and_labels(tmp_path: Path) -> No
     words = texts(picture)
     assert [word for word in words if word.isdigit()] == ["0", "1", "2", "3"]
     assert {"s1_move", "avoid_move", "getNextMovement", "move_s2"} <= set(words)
+    assert "move_s2 -> Move" in words  # what a state is, where a reader can point at it
 
 
 def test_an_architecture_joins_the_components_that_share_a_channel(tmp_path: Path) -> None:
