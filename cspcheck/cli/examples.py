@@ -14,8 +14,12 @@ from cspcheck.messages import unknown_example, would_overwrite
 from cspm.diagnostics import ScriptError
 
 
+def _names(ctx: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
+    return [name for name in _examples(specs()) if name.startswith(incomplete)]
+
+
 @click.command(short_help="List, print or copy the examples that come with cspcheck.")
-@click.argument("names", nargs=-1, metavar="[NAME]...")
+@click.argument("names", nargs=-1, metavar="[NAME]...", shell_complete=_names)
 @click.option(
     "--copy", "folder", type=click.Path(file_okay=False, path_type=Path), metavar="FOLDER", help="Copy to FOLDER."
 )

@@ -11,8 +11,14 @@ from cspcheck.report.style import Style, style_for
 from cspm.diagnostics import Mistake
 
 
+def _codes(ctx: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
+    from cspcheck.register import all_mistakes
+
+    return [mistake.code for mistake in all_mistakes() if mistake.code.startswith(incomplete.upper())]
+
+
 @click.command(short_help="Say what an error code means.")
-@click.argument("codes", nargs=-1, metavar="[CODE]...")
+@click.argument("codes", nargs=-1, metavar="[CODE]...", shell_complete=_codes)
 @click.option("--color", type=click.Choice(["auto", "always", "never"]), default="auto", help="Colour.")
 def command(codes: tuple[str, ...], color: Any) -> None:
     """Say what error codes mean, each with an example and its repair. Without a code: list them all.

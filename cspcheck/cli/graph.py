@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cspcheck.cli import finish
-from cspcheck.cli.options import ConfiguredCommand, definitions, script_options
+from cspcheck.cli.options import ConfiguredCommand, defined_names, definitions, script_options
 from cspcheck.messages import no_counterexample, too_large_to_draw, unknown_picture_format
 from cspm.diagnostics import ScriptError
 
@@ -23,7 +23,7 @@ FORMATS = (".svg", ".html", ".dot")
 
 @click.command(cls=ConfiguredCommand, short_help="Draw a machine, an architecture or a counterexample.")
 @click.argument("file", metavar="FILE", type=click.Path(allow_dash=True))
-@click.argument("process", metavar="PROCESS")
+@click.argument("process", metavar="PROCESS", shell_complete=defined_names)
 @click.option(
     "-o", "--output", metavar="FILE", type=click.Path(), help="x.svg, x.html or x.dot [default: SVG to stdout]."
 )

@@ -190,6 +190,26 @@ script_options = _all(
 )
 """-D."""
 
+
+def defined_names(ctx: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
+    """For a shell: the names that the script of the command line defines, as far as it can be read."""
+    from cspcheck.checking import read
+    from cspm import syntax
+    from cspm.diagnostics import ScriptError
+    from cspm.parser import parse
+
+    try:
+        tree = parse(read(ctx.params["file"]))
+    except (ScriptError, KeyError, TypeError):
+        return []
+    names = [
+        declaration.pattern.text
+        for declaration in tree.declarations
+        if isinstance(declaration, syntax.PatternDefinition) and isinstance(declaration.pattern, syntax.NamePattern)
+    ]
+    return [name for name in dict.fromkeys(names) if name.startswith(incomplete)]
+
+
 files_argument = click.argument("files", nargs=-1, required=True, metavar="FILE...", type=click.Path(allow_dash=True))
 """FILE..."""
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cspcheck.cli import finish
-from cspcheck.cli.options import ConfiguredCommand, color_option, definitions, script_options
+from cspcheck.cli.options import ConfiguredCommand, color_option, defined_names, definitions, script_options
 
 if TYPE_CHECKING:
     from cspcheck.checking import Settings
@@ -24,7 +24,7 @@ PROMPT = "> "
 
 @click.command(cls=ConfiguredCommand, short_help="Step through a process, or through a counterexample.")
 @click.argument("file", metavar="[FILE]", required=False, type=click.Path(allow_dash=True))
-@click.argument("process", metavar="[PROCESS]", required=False)
+@click.argument("process", metavar="[PROCESS]", required=False, shell_complete=defined_names)
 @click.option("--at", metavar="FILE:LINE", help="Replay the counterexample of the assertion on that line.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Where random walks start from.")
 @script_options

@@ -14,6 +14,9 @@ from cspcheck.cli import VERBS, front_door, run
 from cspcheck.cli.check import command as check_command
 
 
+ROV = Path(__file__).resolve().parents[3] / "specs" / "rov" / "rov.csp"
+
+
 def said(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
     code = run(arguments)
     out, err = capsys.readouterr()
@@ -183,6 +186,10 @@ class TestCompletion:
             ("cspcheck x.csp --col", "plain,--color"),
             ("cspcheck x.csp ro", "file,ro"),
             ("cspcheck completion z", "plain,zsh"),
+            ("cspcheck explain csp91", "plain,CSP913"),
+            ("cspcheck examples cl", "plain,classics"),
+            (f"cspcheck probe {ROV} ROV", "plain,ROV_Control_Module"),
+            (f"cspcheck graph {ROV} Comp", "plain,Compass"),
         ],
     )
     def test_what_is_completed(self, environment: dict[str, str], words: str, candidate: str) -> None:
