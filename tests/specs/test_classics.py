@@ -56,4 +56,3 @@ def test_sizes_are_exact(script: str, process: str) -> None:
         terms, _ = explore(loaded.process(process)._term)
 
         assert (machine.states, machine.transitions) == (terms.states, terms.transitions) == expected
-

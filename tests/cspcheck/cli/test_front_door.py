@@ -13,7 +13,6 @@ from cspcheck import __version__, checking
 from cspcheck.cli import VERBS, front_door, run
 from cspcheck.cli.check import command as check_command
 
-
 ROV = Path(__file__).resolve().parents[3] / "specs" / "rov" / "rov.csp"
 
 
