@@ -73,7 +73,7 @@ def test_a_chart_frames_the_loop_of_a_divergence(tmp_path: Path) -> None:
 
     assert run(["graph", PETERSON, "System \\ memory :[divergence free]", "--trace", "-o", str(picture)]) == 0
     words = texts(picture)
-    assert words[-3:] == ["tau (flag_get.0.1.true)", "tau (turn_get.0.1)", "The framed events go on for ever."]
+    assert words[-3:] == ["tau (level_get.0.1.1)", "tau (last_get.0.1.0)", "The framed events go on for ever."]
     assert picture.read_text().count('class="loop"') == 1
 
 
