@@ -406,7 +406,10 @@ class _Operation:
                     self._diverge(values, branches, operands)
 
     def _diverge(self, inputs: tuple[Any, ...], branches: dict[int, Process], operands: list[Process]) -> None:
-        """The guard holds and there is no effect: performing the event with these inputs diverges."""
+        """The guard holds and there is no effect: performing the event with these inputs diverges.
+
+        Which outputs it has is the class's choice as always, so that whatever has an effect refines it.
+        """
         domains = self.part.alphabet.values(self.operation.name) if self._free_outputs else ()
         if domains is None:
             operands.append(DIV)
@@ -415,10 +418,12 @@ class _Operation:
         fixed: list[Sequence[Any]] = []
         for position, parameter in enumerate(self.parameters):
             fixed.append(domains[position] if parameter.kind == "output" else (next(given),))
-        for fields in product(*fixed):
-            number = self._event(fields)
-            if number is not None:
-                branches[number] = DIV
+        found = (self._event(fields) for fields in product(*fixed))
+        numbers = [number for number in found if number is not None]
+        if self.part.angelic or len(numbers) == 1:
+            branches |= dict.fromkeys(numbers, DIV)
+        elif numbers:
+            operands.append(choice([Prefix(((number, DIV),)) for number in numbers]))
 
     def _offered(
         self,

@@ -84,7 +84,7 @@ def predicates(draw: st.DrawFn, ints: tuple[str, ...], bools: tuple[str, ...], d
 
 
 @st.composite
-def operations(draw: st.DrawFn, name: str, parameter: str, guarded: bool) -> Operation:
+def operations(draw: st.DrawFn, name: str, parameter: str) -> Operation:
     """An operation; most say what the changed variables become."""
     delta = draw(st.sampled_from([("n",), ("n", "b"), ("b",), ()]))
     before = ("n", parameter) if parameter.endswith("?") else ("n",)
@@ -99,18 +99,18 @@ def operations(draw: st.DrawFn, name: str, parameter: str, guarded: bool) -> Ope
         lines.append(f"{parameter} = {draw(st.sampled_from(['n', '0', '1', 'n - 1']))}")
     lines += draw(st.lists(predicates(ints, bools), max_size=2))
     guard = None
-    if guarded and draw(st.integers(0, 2)) == 0:
+    if draw(st.integers(0, 2)) == 0:
         guard = tuple(draw(st.lists(predicates(before, ("b",)), max_size=1)))
     return Operation(name, parameter, delta, tuple(lines), guard)
 
 
 @st.composite
-def small_classes(draw: st.DrawFn, name: str = "A", guarded_outputs: bool = True) -> Small:
-    """A small class; the operation with an output has a guard only with *guarded_outputs*."""
+def small_classes(draw: st.DrawFn, name: str = "A") -> Small:
+    """A small class."""
     invariant = tuple(draw(st.lists(predicates(("n",), ("b",)), max_size=1)))
     initial = tuple(draw(st.lists(predicates(("n",), ("b",)), max_size=2)))
-    take = draw(operations("take", "i?", True))
-    give = draw(operations("give", "o!", guarded_outputs))
+    take = draw(operations("take", "i?"))
+    give = draw(operations("give", "o!"))
     return Small(name, invariant, initial, (take, give))
 
 

@@ -143,11 +143,7 @@ class BruteForce:
                 elif operation.form in ("guarded", "effect"):
                     choices.setdefault(number, process.DIV)
             if operation.form in ("guarded", "effect"):
-                real = {n: p for n, p in choices.items() if p is not process.DIV}
-                if not real:
-                    yield from (process.prefix(n, p) for n, p in choices.items())
-                    continue
-                choices = real
+                choices = {n: p for n, p in choices.items() if p is not process.DIV} or choices
             offers = [process.prefix(number, after) for number, after in choices.items()]
             if offers:
                 yield process.external_choice(offers) if self.angelic else process.InternalChoice(tuple(offers))
