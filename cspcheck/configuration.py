@@ -167,6 +167,8 @@ _SETTINGS: dict[str, tuple[str, Callable[[Any], Any]]] = {
     "workers": ("workers", _above_zero),
     "full": ("full", _flag),
     "typecheck": ("typecheck", _flag),
+    "view": ("view", _one_of(("data", "control"))),
+    "outputs": ("outputs", _one_of(("demonic", "angelic"))),
     "color": ("color", _one_of(get_args(ColorChoice))),
     "quiet": ("quiet", _times),
     "verbose": ("verbose", _times),

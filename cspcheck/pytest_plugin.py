@@ -44,7 +44,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption("--csp-no-typecheck", action="store_true", help="skip the type checker")
     group.addoption("--csp-view", choices=["data", "control"], help="read classes with their data, or without")
     group.addoption(
-        "--csp-outputs", choices=["demonic", "angelic"], default="demonic", help="who chooses the outputs of classes"
+        "--csp-outputs", choices=["demonic", "angelic"], help="who chooses the outputs of classes (default: demonic)"
     )
     parser.addini(
         "csp_files",
@@ -146,8 +146,8 @@ def _settings(config: pytest.Config, script: Path | None = None) -> Settings:
             full=config.getoption("csp_full") or said.get("full", False),
             definitions=definitions,
             typecheck=not config.getoption("csp_no_typecheck") and said.get("typecheck", True),
-            view=config.getoption("csp_view"),
-            outputs=config.getoption("csp_outputs"),
+            view=config.getoption("csp_view") or said.get("view"),
+            outputs=config.getoption("csp_outputs") or said.get("outputs", "demonic"),
         )
     except ValueError as error:
         raise pytest.UsageError(f"cspcheck: {error}") from None

@@ -9,14 +9,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain, combinations, combinations_with_replacement, permutations, product
+from math import comb, perm
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cspm.oz import core
-from cspm.oz.carriers import Carrier, Frame, Unbounded, capped
+from cspm.oz.carriers import Carrier, Frame, TooLarge, Unbounded, capped
 from cspm.oz.core import Apply, Comprehension, Constant, FiniteReading, If, Term
 from cspm.oz.readings import COLLECTIONS
-from cspm.oz.terms import free_variables
-from cspm.oz.values import Construction, Element, Graph, in_order
+from cspm.oz.terms import free_variables, show_term
+from cspm.oz.values import LARGEST, Construction, Element, Graph, in_order
 
 if TYPE_CHECKING:
     from cspm.oz.evaluation import Evaluator, Scope
@@ -38,11 +39,13 @@ class Enumeration:
         code: gives the elements in order; raises Unbounded where there is no way.
         readings: the finite readings that it follows; without any, it is the whole set.
         bounded: whether there is a way at all.
+        at_least: how many elements there are, or fewer than that, without going through them; None: nobody knows.
     """
 
     code: Callable[[Frame], Iterable[Any]]
     readings: tuple[FiniteReading, ...] = ()
     bounded: bool = True
+    at_least: Callable[[Frame], int] | None = None
 
     @property
     def exact(self) -> bool:
@@ -280,6 +283,8 @@ def _kept(found: Enumeration, term: Term) -> Enumeration:
 
     def code(frame: Frame) -> list[Any]:
         if not kept:
+            if found.at_least is not None and found.at_least(frame) > LARGEST:
+                raise TooLarge(show_term(term), term.span)
             kept.append(capped(found.code(frame), term))
         return kept[0]
 
@@ -309,7 +314,8 @@ def _by_reading(
     if isinstance(term, Apply) and term.operator in COLLECTIONS:
         parts = [enumeration(evaluator, o, scope, inside) for o in term.operands]
         if all(part.bounded for part in parts):
-            return Enumeration(_collection(term.operator, parts, bound), (reading, *_readings(parts)))
+            code = _collection(term.operator, parts, bound)
+            return Enumeration(code, (reading, *_readings(parts)), True, _count(term.operator, parts, bound))
     return _enumeration(evaluator, term, scope, inside)
 
 
@@ -471,7 +477,9 @@ def _unlimited(term: Apply, parts: Sequence[Enumeration]) -> Enumeration:
         return Enumeration(next(part.code for part in parts if not part.bounded), (), False)
     if term.operator in ("seq", "seq1", "bag"):
         return _nowhere(term)
-    return Enumeration(_collection(term.operator, parts, None), _readings(parts))
+    return Enumeration(
+        _collection(term.operator, parts, None), _readings(parts), True, _count(term.operator, parts, None)
+    )
 
 
 def _collection(operator: str, parts: Sequence[Enumeration], bound: int | None) -> Callable[[Frame], Iterable[Any]]:
@@ -484,6 +492,36 @@ def _collection(operator: str, parts: Sequence[Enumeration], bound: int | None) 
     if operator == "rel":
         return lambda frame: _subsets(list(product(first.code(frame), second.code(frame))), bound)
     return lambda frame: _graphs(operator, list(first.code(frame)), list(second.code(frame)), bound)
+
+
+def _count(operator: str, parts: Sequence[Enumeration], bound: int | None) -> Callable[[Frame], int]:
+    """How many collections there are at least."""
+
+    def count(frame: Frame) -> int:
+        sizes = [sum(1 for _ in part.code(frame)) for part in parts]
+        first, last = sizes[0], sizes[-1]
+        if operator == "rel":
+            return _subset_count(first * last, bound)
+        if len(parts) == 2:
+            if operator in ("fun", "pfun", "ffun"):
+                most = first if bound is None or operator == "fun" else min(first, bound)
+                return 1 << most if last > 1 else 1
+            if operator in ("inj", "pinj", "finj"):
+                most = first if bound is None or operator == "inj" else min(first, bound)
+                return perm(last, most) if most <= last else 1
+            return 1
+        if operator in ("seq", "seq1"):
+            return 1 << (bound or 0) if first > 1 else 1
+        if operator in ("iseq", "bag"):
+            return 1
+        return _subset_count(first, bound)
+
+    return count
+
+
+def _subset_count(items: int, bound: int | None) -> int:
+    most = items if bound is None else min(items, bound)
+    return comb(items, min(most, items // 2))
 
 
 def _sizes(items: Sequence[Any], bound: int | None, low: int = 0) -> range:

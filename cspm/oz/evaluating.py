@@ -17,7 +17,7 @@ from cspm.failure import Failure
 from cspm.names_symbols import Names, Symbol
 from cspm.oz import core
 from cspm.oz.alphabets import Alphabets
-from cspm.oz.carriers import Unbounded
+from cspm.oz.carriers import TooLarge, Unbounded
 from cspm.oz.conversion import Conversion
 from cspm.oz.desugaring import WIDE
 from cspm.oz.enumeration import enumeration, membership
@@ -48,25 +48,29 @@ def _conversion(evaluator: Evaluator, node: Foreign, frame: Frame) -> Conversion
 
 
 class WideSet(Set):
-    """An infinite set without a finite reading: it can be asked what is in it, not gone through."""
+    """A set that is infinite or too large: it can be asked what is in it, not gone through.
 
-    __slots__ = ("_contains", "_element", "_term")
+    *refusal* says why it cannot.
+    """
 
-    def __init__(self, term: core.Term, contains: Callable[[Any], bool]) -> None:
+    __slots__ = ("_contains", "_refusal", "_term")
+
+    def __init__(self, term: core.Term, contains: Callable[[Any], bool], refusal: Callable[[], Failure]) -> None:
         self._term = term
         self._contains = contains
+        self._refusal = refusal
 
     def contains(self, value: Any) -> bool:
         """Whether *value* is in the set."""
         return self._contains(value)
 
     def is_finite(self) -> bool:
-        """No."""
+        """No, or not in this life."""
         return False
 
     def finite(self) -> Any:
         """Refused, with the reading that would help."""
-        raise Unbounded(self._term)
+        raise self._refusal()
 
     def describe(self) -> str:
         """The set as the text notation writes it."""
@@ -92,10 +96,21 @@ def _carried(node: CarrierSet, conversion: Conversion) -> Set:
     ways = [enumeration(terms, carrier, scope) for carrier in node.carriers]
     for way in ways:
         terms.readings.use(way.readings)
-    for carrier, way in zip(node.carriers, ways, strict=True):
-        if not way.bounded:
-            return WideSet(carrier, _converted_member(terms, carrier, conversion, node.element))
-    values = {value: None for way in ways for value in way.code(scope.frame())}
+    endless = [carrier for carrier, way in zip(node.carriers, ways, strict=True) if not way.bounded]
+    if endless:
+        test = _converted_member(terms, endless[0], conversion, node.element)
+        return WideSet(endless[0], test, lambda: Unbounded(endless[0]))
+    first = node.carriers[0]
+    if len(ways) == 1 and not ways[0].readings and isinstance(first, core.Apply) and first.operator == "range":
+        low, high = (terms.value(operand) for operand in first.operands)
+        return Range(low, high)
+    try:
+        values = {value: None for way in ways for value in way.code(scope.frame())}
+    except TooLarge as large:
+        # Whoever does not go through it, such as a proof, has no reason to complain.
+        diagnostic = large.diagnostic
+        test = _converted_member(terms, first, conversion, node.element)
+        return WideSet(first, test, lambda: Failure(diagnostic, is_limit=True))
     if isinstance(node.element, core.IntType):
         numbers = sorted(values)
         if numbers and numbers[-1] - numbers[0] == len(numbers) - 1:

@@ -82,6 +82,8 @@ max-states = 1_000
 workers = 2
 full = true
 typecheck = false
+view = "control"
+outputs = "angelic"
 color = "never"
 quiet = true
 verbose = 2
@@ -99,6 +101,8 @@ definitions = { N = 5, IDS = "{0..N-1}", DEBUG = true }
                 "workers": 2,
                 "full": True,
                 "typecheck": False,
+                "view": "control",
+                "outputs": "angelic",
                 "color": "never",
                 "quiet": True,
                 "verbose": 2,

@@ -71,7 +71,7 @@ def classes(draw: st.DrawFn) -> str:
     invariant = draw(st.lists(st.sampled_from(INVARIANTS), max_size=2, unique=True))
     initial = draw(st.sampled_from(["n = 0", "n = m", "n + m = 2", "m = 0 and n > 0"]))
     lines = ["class C", "  chan a, b : [x? : 0..2; y! : 0..2]", "  chan c : [i : 0..1]", "  state n, m : 0..2"]
-    lines += ["    Delta s : 0..4"]
+    lines += ["    Delta s : 1..2"]
     lines += [f"    where {' and '.join(invariant)}"] if invariant else []
     lines += [f"  init {initial}"]
     parameters = "x? : 0..2; y! : 0..2"
@@ -565,6 +565,25 @@ def test_a_channel_may_be_declared_by_the_script() -> None:
     assert script(text).evaluate("card({| a |})") == 6
     assert outcome(text, "C :[has trace]: <a.2>")[0] == "pass"
     assert outcome(text, "C :[has trace]: <a.3>")[0] == "fail"
+
+
+def test_channels_may_carry_more_than_can_be_gone_through() -> None:
+    text = """
+class C
+  chan wide : [x! : 0..10000000000]
+  chan sets : [s! : power (0..40)]
+  state n : 0..10000000000
+  init n = 9999999999
+  op com_wide Delta(n) x! : 0..10000000000 where n' = n + 1 and x! = n
+  op com_sets s! : power (0..40) where s! = {1, n mod 7}
+end
+"""
+    assert outcome(text, "C :[has trace]: <wide.9999999999>")[0] == "pass"
+    assert outcome(text, "C :[has trace]: <wide.9999999999, wide.10000000000>")[0] == "fail", "n' would be too large"
+    assert outcome(text, "C :[has trace]: <sets.{1, 3}>")[0] == "pass"
+    assert outcome(text, "C :[deadlock free]")[0] == "pass"
+    with pytest.raises(ScriptError, match="CSP682"):
+        script(text + "P = sets?x -> P\n").process("P").body()  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize(
