@@ -20,8 +20,7 @@ from typing import Any, get_type_hints
 
 import numpy as np
 
-from checker import kernels as table_kernels
-from checker import kernels_expand, kernels_levels, kernels_pairs, kernels_partition
+from checker import kernels as table_kernels, kernels_expand, kernels_levels, kernels_pairs, kernels_partition
 from checker.kernel_tables import Index, Int32Array, Rules, Scratch, UInt8Array, no_guide
 from checker.lts import Int64Array
 

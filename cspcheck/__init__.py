@@ -14,17 +14,14 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from checker.budget import Incomplete as Incomplete
-    from checker.verdict import ComponentBehaviour as ComponentBehaviour
-    from checker.verdict import Counterexample as Counterexample
-    from checker.verdict import Verdict as Verdict
-    from cspcheck.api import Machine as Machine
-    from cspcheck.api import Process as Process
-    from cspcheck.api import Script as Script
-    from cspcheck.api import load as load
-    from cspcheck.api import loads as loads
+    from checker.verdict import (
+        ComponentBehaviour as ComponentBehaviour,
+        Counterexample as Counterexample,
+        Verdict as Verdict,
+    )
+    from cspcheck.api import Machine as Machine, Process as Process, Script as Script, load as load, loads as loads
     from cspcheck.result import Result as Result
-    from cspm.diagnostics import Diagnostic as Diagnostic
-    from cspm.diagnostics import ScriptError as ScriptError
+    from cspm.diagnostics import Diagnostic as Diagnostic, ScriptError as ScriptError
 
 __version__ = "0.1.0"
 

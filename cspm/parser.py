@@ -14,12 +14,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final, Literal
 
-from cspm import parser_mistakes
-from cspm import syntax as s
+from cspm import parser_mistakes, syntax as s
 from cspm.diagnostics import Diagnostic, ScriptError
 from cspm.lexer import tokenise
-from cspm.messages import lexing
-from cspm.messages import syntax as messages
+from cspm.messages import lexing, syntax as messages
 from cspm.parser_driver import Unexpected, run
 from cspm.parser_table import table
 from cspm.parser_tree import MOST_MISTAKES, Tree

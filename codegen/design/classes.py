@@ -14,8 +14,7 @@ from codegen import messages
 from codegen.design.data import Data
 from codegen.design.expressions import AND, TERNARY
 from codegen.design.naming import safe, snake, unique
-from codegen.design.pieces import RESERVED as TASK_RESERVED
-from codegen.design.pieces import Lines
+from codegen.design.pieces import RESERVED as TASK_RESERVED, Lines
 from codegen.design.predicates import Key, Terms, keys_in, ways
 from cspm.diagnostics import ScriptError
 from cspm.oz import core

@@ -17,8 +17,7 @@ from cspm.oz import core
 from cspm.script import Script
 from cspm.sets import Set
 from cspm.source import Span
-from cspm.values import Boolean
-from cspm.values import Sequence as CspSequence
+from cspm.values import Boolean, Sequence as CspSequence
 from cspm.values_text import show
 
 INTEGERS_LISTED = 8

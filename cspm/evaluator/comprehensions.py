@@ -6,8 +6,7 @@ growing size as they are looked at, so an infinite source gives an infinite sequ
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from collections.abc import Sequence as Items
+from collections.abc import Callable, Sequence as Items
 from contextlib import suppress
 from typing import Any, TypeAlias
 

@@ -13,8 +13,7 @@ again, for the diagnostic.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from collections.abc import Sequence as Items
+from collections.abc import Callable, Sequence as Items
 from typing import TYPE_CHECKING, Any
 
 from cspm import syntax

@@ -12,10 +12,8 @@ from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 from cspm.diagnostics import Diagnostic
-from cspm.messages import classes as messages
-from cspm.messages import classes_types as type_messages
-from cspm.oz import core
-from cspm.oz import syntax as s
+from cspm.messages import classes as messages, classes_types as type_messages
+from cspm.oz import core, syntax as s
 from cspm.oz.equations import check_equations, renamed_equations
 from cspm.oz.operations import Boxes, inherited_operations
 from cspm.oz.paragraphs import Paragraphs

@@ -24,8 +24,7 @@ from typing import Any
 from cspm import syntax
 from cspm.diagnostics import Diagnostic, ScriptError
 from cspm.messages import oz_meaning as messages
-from cspm.oz import core
-from cspm.oz import syntax as oz
+from cspm.oz import core, syntax as oz
 from cspm.oz.context import ClassContext
 from cspm.oz.elaboration import Elaborated, flat
 from cspm.oz.equations import names_in

@@ -12,8 +12,7 @@ from dataclasses import dataclass, replace
 from cspm import syntax
 from cspm.diagnostics import Diagnostic, ScriptError, Severity
 from cspm.messages import classes as messages
-from cspm.oz import core
-from cspm.oz import syntax as s
+from cspm.oz import core, syntax as s
 from cspm.oz.classes import Classes
 from cspm.oz.fitting import Misfit, fit
 from cspm.oz.interfaces import compare_interfaces

@@ -9,8 +9,7 @@ from typing import Any, TypeVar
 from cspm import syntax
 from cspm.diagnostics import Diagnostic
 from cspm.messages import classes as messages
-from cspm.oz import core
-from cspm.oz import syntax as s
+from cspm.oz import core, syntax as s
 from cspm.source import Span
 
 Report = Callable[[Diagnostic], None]

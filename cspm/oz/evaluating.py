@@ -21,8 +21,7 @@ from cspm.oz.carriers import TooLarge, Unbounded
 from cspm.oz.conversion import Conversion
 from cspm.oz.desugaring import WIDE
 from cspm.oz.enumeration import enumeration, membership
-from cspm.oz.evaluation import Evaluator as TermEvaluator
-from cspm.oz.evaluation import Scope
+from cspm.oz.evaluation import Evaluator as TermEvaluator, Scope
 from cspm.oz.meaning import DataPart
 from cspm.oz.nodes import CarrierSet, ClassProcess, ConstantValue, Foreign
 from cspm.oz.terms import show_term

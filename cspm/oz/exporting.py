@@ -29,8 +29,7 @@ from cspm.process import Process, Reference
 from cspm.script import Script
 from cspm.sets import Set
 from cspm.syntax import Declaration, Expr, Name, Node
-from cspm.values import Boolean, Map, Real
-from cspm.values import Sequence as Items
+from cspm.values import Boolean, Map, Real, Sequence as Items
 from cspm.values_order import in_order
 
 N = TypeVar("N", bound=Node)

@@ -13,8 +13,7 @@ from typing import Any, TypeVar
 
 from cspm import syntax
 from cspm.names_patterns import variables
-from cspm.oz import core
-from cspm.oz import syntax as oz
+from cspm.oz import core, syntax as oz
 from cspm.oz.equations import names_in
 from cspm.source import Span
 from cspm.syntax import Declaration, Expr, Field, Name, Node, Prefix

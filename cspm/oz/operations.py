@@ -11,10 +11,8 @@ from dataclasses import dataclass, replace
 from itertools import count
 
 from cspm.diagnostics import Diagnostic
-from cspm.messages import classes as messages
-from cspm.messages import classes_types as type_messages
-from cspm.oz import core
-from cspm.oz import syntax as s
+from cspm.messages import classes as messages, classes_types as type_messages
+from cspm.oz import core, syntax as s
 from cspm.oz.core import BOOL, Apply, Term, Variable
 from cspm.oz.scopes import FailedEntry, ParameterEntry, Scope, StateEntry, mentioned
 from cspm.oz.substitution import renamed_variables

@@ -7,10 +7,8 @@ from graphlib import CycleError, TopologicalSorter
 
 from cspm import syntax
 from cspm.diagnostics import Diagnostic
-from cspm.messages import classes as messages
-from cspm.messages import classes_types as type_messages
-from cspm.oz import core
-from cspm.oz import syntax as s
+from cspm.messages import classes as messages, classes_types as type_messages
+from cspm.oz import core, syntax as s
 from cspm.oz.core import INT, Apply, Constant, Declared, RecordType, SetType
 from cspm.oz.scopes import ConstructorEntry, FailedEntry, GenericEntry, Scope, SetEntry, VariableEntry, mentioned, whole
 from cspm.oz.typing import Typing

@@ -11,8 +11,7 @@ from collections.abc import Callable, Sequence
 from typing import Final, Literal, cast
 
 from cspm.diagnostics import Diagnostic
-from cspm.messages import classes_syntax as messages
-from cspm.messages import lexing
+from cspm.messages import classes_syntax as messages, lexing
 from cspm.oz import syntax as z
 from cspm.oz.lexer import Scan, Token, tokens
 from cspm.oz.parser_terms import CLOSERS, Stuck, Terms

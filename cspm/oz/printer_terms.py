@@ -17,8 +17,16 @@ from typing import Final
 
 from cspm.oz import syntax as z
 from cspm.oz.lexer import BINDERS, INFIX, PREFIX
-from cspm.oz.operators import APPLICATION, BY_NAME, IFF, NUMBER_SETS, POSTFIX, RELATION, Spelling
-from cspm.oz.operators import PREFIX as PREFIX_LEVEL
+from cspm.oz.operators import (
+    APPLICATION,
+    BY_NAME,
+    IFF,
+    NUMBER_SETS,
+    POSTFIX,
+    PREFIX as PREFIX_LEVEL,
+    RELATION,
+    Spelling,
+)
 from cspm.printer_layout import HARD, LINE, SOFT, Doc, cat, first_text, group, join, nest
 from cspm.syntax import NameDeclaration, Node
 

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias
 
 from cspm.diagnostics import Diagnostic
-from cspm.oz import core
-from cspm.oz import syntax as s
+from cspm.oz import core, syntax as s
 from cspm.source import Span
 
 Place = Literal["effect", "guard", "invariant", "initial", "axiom", "retrieve", "record"]

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import ClassVar, Literal
 
-from cspm.syntax import Assertion, Declaration, NameDeclaration, Node
-from cspm.syntax import Paragraph as Paragraph
+from cspm.syntax import Assertion, Declaration, NameDeclaration, Node, Paragraph as Paragraph
 
 
 class Term(Node):

@@ -13,8 +13,7 @@ from itertools import count
 from typing import Final
 
 from cspm.messages import classes_types as messages
-from cspm.oz import core
-from cspm.oz import syntax as s
+from cspm.oz import core, syntax as s
 from cspm.oz.core import (
     BOOL,
     INT,

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from hypothesis import assume, currently_in_test_context, given, note, settings
-from hypothesis import strategies as st
+from hypothesis import assume, currently_in_test_context, given, note, settings, strategies as st
 
 from checker.composition import Compiler, compile_network
 from checker.network import Network, Rule

@@ -6,8 +6,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from checker.bisimulation import tau_abstracting_partition, tau_components
 from checker.compression import COMPRESSIONS

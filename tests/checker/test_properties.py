@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from checker.verdict import Outcome, Verdict
 from cspm.process import DIV, SKIP, STOP, Chaos, Process, Run

@@ -13,8 +13,7 @@ from typing import Any
 from unittest import mock
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from cspm.diagnostics import Diagnostic, ScriptError
 from cspm.evaluator import comprehensions, routines

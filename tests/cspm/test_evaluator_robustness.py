@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import os
 
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from cspm.diagnostics import ScriptError
 from cspm.prelude import BUILTINS, EXTERNAL, TRANSPARENT

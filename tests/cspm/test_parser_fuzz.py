@@ -7,8 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from cspm import syntax as s
 from cspm.diagnostics import MISTAKES, ScriptError

@@ -10,8 +10,7 @@ import random
 from collections.abc import Callable
 from typing import Any
 
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from cspm import syntax as s
 from cspm.diagnostics import MISTAKES, ScriptError

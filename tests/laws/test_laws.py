@@ -5,8 +5,7 @@ from __future__ import annotations
 import os
 
 import pytest
-from hypothesis import HealthCheck, given, reject, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, reject, settings, strategies as st
 
 from tests.differential.engine import checker, said
 from tests.laws import choice, hiding, parallel, recursion, sequence  # noqa: F401  (they register the laws)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from hypothesis import event, given, settings
-from hypothesis import strategies as st
+from hypothesis import event, given, settings, strategies as st
 
 from checker.proof.question import Found, Impossible, Part, Question, Settings
 from checker.proof.solver import Solver

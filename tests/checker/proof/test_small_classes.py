@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 
-from hypothesis import assume, event, given, settings
-from hypothesis import strategies as st
+from hypothesis import assume, event, given, settings, strategies as st
 
 from checker.check import Checker
 from checker.proof.obligations import discharge

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from math import hypot
 
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from cspcheck.drawing.layout import Layout, Size
 from cspcheck.drawing.pieces import GAP, in_pieces

@@ -7,8 +7,7 @@ from itertools import product
 from typing import Any
 
 import pytest
-from hypothesis import event, given
-from hypothesis import strategies as st
+from hypothesis import event, given, strategies as st
 
 from cspm.oz import core
 from cspm.oz.carriers import Carrier, TooLarge, Unbounded, Undefined
