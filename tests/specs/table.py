@@ -35,15 +35,20 @@ def results(script: Path) -> tuple[Result, ...]:
     return tuple(cspcheck.load(script).check(full=True))
 
 
+def own_results(script: Path) -> list[Result]:
+    """The results of a script without those of assertions in files that it includes, which are told there."""
+    return [result for result in results(script) if Path(result.file).resolve() == script]
+
+
 def assertions_table(system: Path) -> str:
     """A row for each assertion of the scripts of *system*."""
     rows = ["| line | assertion | verdict | states | seconds |", "|---|---|---|--:|--:|"]
     for script in scripts(system):
-        for result in results(script):
+        for result in own_results(script):
             verdict = str(result.verdict) if result.verdict == result.expected else f"**{result.verdict}**"
             text = " ".join(result.assertion.split()).replace("|", "\\|")
             states = f"{result.states:,}" if result.states else ""
-            path = Path(result.file).resolve().relative_to(system).as_posix()  # it may stand in an included file
+            path = script.relative_to(system).as_posix()
             place = f"[{path}:{result.line}]({path}#L{result.line})"
             rows.append(f"| {place} | `{text}` | {verdict} | {states} | {result.seconds:.2f} |")
     return "\n".join(rows)
@@ -54,7 +59,7 @@ def systems_table() -> str:
     rows = ["| system | | assertions | pass | fail | states | seconds |", "|---|---|--:|--:|--:|--:|--:|"]
     everything: list[Result] = []
     for system in systems():
-        found = [result for script in scripts(system) for result in results(script)]
+        found = [result for script in scripts(system) for result in own_results(script)]
         everything += found
         rows.append(f"| [{system.name}]({system.name}/) | {title(system)} | {summary(found)} |")
     rows.append(f"| all | | {summary(everything)} |")
