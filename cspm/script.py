@@ -21,7 +21,7 @@ from cspm.evaluator.units import Declarations
 from cspm.events import EventSet, EventTable
 from cspm.messages import names as name_messages
 from cspm.names import Names, resolve, resolve_more
-from cspm.parser import parse, parse_assertion, parse_expression, read_source
+from cspm.parser import parse, parse_alone, parse_assertion, parse_expression, read_source
 from cspm.printer import print_assertion
 from cspm.process import Process
 from cspm.process_text import describe
@@ -130,17 +130,20 @@ class Script:
         return Frame.outermost(unit), declarations
 
     def _own_assertions(self, declared: Declarations) -> Iterator[Assertion]:
-        expectations = _expectations(self.tree, self.source)
+        expectations = {self.source: _expectations(self.tree)}
         for declaration, frame in declared.assertions:
             node = declaration.assertion
             for part in _operands(node):
                 self._frames[id(part)] = frame
             span = declaration.span
-            expected = None
-            if span.source is self.source:
-                lines = range(span.line, span.end_line + 1)
-                expected = next((expectations[line, True] for line in lines if (line, True) in expectations), None)
-                expected = expected or expectations.get((span.line - 1, False))
+            if span.source not in expectations:
+                # The tree of an included file keeps its declarations alone: its comments are read anew, if it matters.
+                said = _EXPECT.search(span.source.text) is not None
+                expectations[span.source] = _expectations(parse_alone(span.source)) if said else {}
+            announced = expectations[span.source]
+            lines = range(span.line, span.end_line + 1)
+            expected = next((announced[line, True] for line in lines if (line, True) in announced), None)
+            expected = expected or announced.get((span.line - 1, False))
             yield Assertion(node, print_assertion(node), span, expected)
 
     @property
@@ -409,8 +412,8 @@ def _operands(node: syntax.Assertion) -> list[syntax.Expr]:
     return [*found, *[option.events for option in node.options if option.events is not None]]
 
 
-def _expectations(tree: syntax.Script, source: Source) -> dict[tuple[int, bool], Expected]:
-    """The expected verdicts in comments, by line and whether (True) or not other text stands there with them.
+def _expectations(tree: syntax.Script) -> dict[tuple[int, bool], Expected]:
+    """The expected verdicts in a file's comments, by line and whether (True) or not other text stands there with them.
 
     A comment that stands alone counts for its own line too: it may be inside an assertion of several lines.
     """
@@ -421,7 +424,7 @@ def _expectations(tree: syntax.Script, source: Source) -> dict[tuple[int, bool],
             continue
         expected: Any = match.group(1)
         line = comment.span.line
-        before = source.line_text(line)[: comment.span.column - 1]
+        before = comment.span.source.line_text(line)[: comment.span.column - 1]
         found[line, True] = expected
         if not before.strip():
             found[comment.span.end_line, False] = expected

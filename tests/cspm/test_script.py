@@ -181,6 +181,24 @@ assert SKIP [T= P
     assert found[3].text == "not P [F= P"
 
 
+@pytest.mark.parametrize("suffix", ["csp", "tex"])
+def test_what_an_included_file_expects_counts_where_it_is_included(tmp_path: Path, suffix: str) -> None:
+    asserted = "-- expect: fail\nassert STOP :[deadlock free]\nassert STOP [T= STOP\n"
+    if suffix == "tex":
+        asserted = f"\\begin{{cspm}}\n{asserted}\\end{{cspm}}\n"
+    (tmp_path / f"inner.{suffix}").write_text(asserted)
+    (tmp_path / "middle.csp").write_text(f'include "inner.{suffix}"\nassert SKIP [T= STOP\n')
+    (tmp_path / "outer.csp").write_text('include "middle.csp"\n\nassert STOP [T= SKIP -- expect: fail\n')
+
+    found = load(tmp_path / "outer.csp").assertions
+    assert [(a.text, a.expected) for a in found] == [
+        ("STOP :[deadlock free]", "fail"),
+        ("STOP [T= STOP", None),
+        ("SKIP [T= STOP", None),
+        ("STOP [T= SKIP", "fail"),
+    ]
+
+
 def test_an_assertion_in_a_timed_section_is_timed() -> None:
     loaded = script("channel a, tock\nTimed {\nassert STOP :[deadlock free]\n}\nassert STOP :[deadlock free]")
     timed, untimed = (loaded.process(a.node.process) for a in loaded.assertions)  # type: ignore[attr-defined]
