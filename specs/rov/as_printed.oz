@@ -76,16 +76,17 @@ class Periodic
     nextExecution' = nextExecution + PERIOD
 end
 
-class BaseReader                           -- the box is lost; written from section 5.3.1 and Annex B
-  chan ethReader_remote : [msg : MESSAGE]
-  chan ethReader_autonomous : [msg : MESSAGE]
+class BaseReader                           -- the box is lost; written from section 5.3.1 and Annexes A and B
+  chan baseReader_remote : [msg : MESSAGE]
+  chan baseReader_autonomo : [msg : MESSAGE]
   method getMessage
-  main = getMessage -> ethReader_remote -> main
+  method saveReceptionTime
+  main = getMessage -> saveReceptionTime -> baseReader_remote -> main
   state
     receivedMsg : MESSAGE
   op getMessage
     Delta(receivedMsg)
-  op com_ethReader_remote
+  op com_baseReader_remote
     msg! : MESSAGE
   where
     msg! = receivedMsg
@@ -242,7 +243,7 @@ class ThrusterWriter
   where
     setpoints' = actuatorData?
   op generateMessage
-    Delta(controllerMsg)
+    Delta(controllerMsg)                   -- controllerMsg' = <$> ^ <i> ^ <setpoints.thruster1> ^ ... ^ <$>; no `$` here
   op sendMessage
     Delta()
     controllerMsg? : MESSAGE
@@ -290,7 +291,8 @@ class Stop
   inherit Periodic
   chan stop_s2 : [stopData : ControlData]
   method checkLastReception
-  main = checkLastReception -> (stop_s2 -> getNextExecution -> main |~| getNextExecution -> main)
+  main =                                   -- (if (Clock - lastReception > TIMEOUT) then stop_s2) stands in the middle
+    checkLastReception -> (stop_s2 -> getNextExecution -> main |~| getNextExecution -> main)
   const TIMEOUT : nat where TIMEOUT = 1000
   state
     lastReception : nat
@@ -327,9 +329,11 @@ class Sensor
     sensrData! = structureToMessage        -- an operation with an output, used as a function
   op getSensors
     Delta(sensors)
+  where
+    sensors' = blkBoard.getSensorReadings
   op structureToMessage
     Delta()
-    message! : MESSAGE
+    message! : MESSAGE                     -- message! = <$> ^ <d> ^ sensors.direction ^ <h> ^ sensors.depth ^ <$>
 end
 
 class AvoidCollision

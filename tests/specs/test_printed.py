@@ -47,8 +47,8 @@ def test_channels_that_do_not_meet_are_warned_about() -> None:
 
     alone = {d.message for d in refused.value.diagnostics if d.code == "CSP652"}
     assert alone == {
-        "only `BaseReader` declares the channel `ethReader_remote`",
-        "only `Remote` declares the channel `baseReader_remote`",
+        "only `BaseReader` declares the channel `baseReader_autonomo`",
+        "only `Autonomous` declares the channel `ethReader_autonomous`",
         "only `Autonomous` declares the channel `sensor_autonomous`",
         "only `S1` declares the channel `s1_moveToGoal`",
         "only `Move` declares the channel `s1_move`",
