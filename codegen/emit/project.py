@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from codegen import runtime
-from codegen.design.model import ChannelDesign, Design, MethodDesign, TaskDesign
-from codegen.design.naming import camel
+from cspcheck.codegen import runtime
+from cspcheck.codegen.design.model import ChannelDesign, Design, MethodDesign, TaskDesign
+from cspcheck.codegen.design.naming import camel
 
 WIDTH = 120
 

@@ -1,6 +1,6 @@
 """What a generated program runs on: tasks, synchronous channels, clocks and recorders. Standard library only.
 
->>> from codegen.runtime import Channel, Integers, Program, Task
+>>> from cspcheck.codegen.runtime import Channel, Integers, Program, Task
 >>> number = Channel("number", [Integers(0, 10)], parties=[("Producer", "Consumer")])
 >>> class Producer(Task):
 ...     async def run(self):
@@ -14,11 +14,11 @@
 11
 """
 
-from codegen.runtime.alternation import Choice, Fair, InOrder, NobodyDecides, Policy, Randomly
-from codegen.runtime.channel import ANY, UNDECIDED, Channel, Offer, WrongOffer, one_of
-from codegen.runtime.clock import Clock, MonotonicClock, VirtualClock
-from codegen.runtime.command import command
-from codegen.runtime.data import (
+from cspcheck.codegen.runtime.alternation import Choice, Fair, InOrder, NobodyDecides, Policy, Randomly
+from cspcheck.codegen.runtime.channel import ANY, UNDECIDED, Channel, Offer, WrongOffer, one_of
+from cspcheck.codegen.runtime.clock import Clock, MonotonicClock, VirtualClock
+from cspcheck.codegen.runtime.command import command
+from cspcheck.codegen.runtime.data import (
     BOOLEANS,
     Anything,
     Constructed,
@@ -33,11 +33,11 @@ from codegen.runtime.data import (
     Tuples,
     Variables,
 )
-from codegen.runtime.operation import CannotList, ClassTask, Data, Operation, Outcome, Outcomes
-from codegen.runtime.program import Program, Runner, Summary
-from codegen.runtime.recorder import JsonLines, Memory, Record, Recorder, Several
-from codegen.runtime.task import Next, Stopped, Task, go
-from codegen.runtime.waiting import Deadlock, Waiting
+from cspcheck.codegen.runtime.operation import CannotList, ClassTask, Data, Operation, Outcome, Outcomes
+from cspcheck.codegen.runtime.program import Program, Runner, Summary
+from cspcheck.codegen.runtime.recorder import JsonLines, Memory, Record, Recorder, Several
+from cspcheck.codegen.runtime.task import Next, Stopped, Task, go
+from cspcheck.codegen.runtime.waiting import Deadlock, Waiting
 
 __all__ = [
     "ANY",

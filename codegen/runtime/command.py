@@ -6,15 +6,15 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from codegen.runtime import contracts
-from codegen.runtime.alternation import Fair, InOrder, NobodyDecides, Policy, Randomly
-from codegen.runtime.channel import WrongOffer
-from codegen.runtime.clock import MonotonicClock, VirtualClock
-from codegen.runtime.data import OutOfRange
-from codegen.runtime.program import Program
-from codegen.runtime.recorder import JsonLines
-from codegen.runtime.task import Task
-from codegen.runtime.waiting import Deadlock
+from cspcheck.codegen.runtime import contracts
+from cspcheck.codegen.runtime.alternation import Fair, InOrder, NobodyDecides, Policy, Randomly
+from cspcheck.codegen.runtime.channel import WrongOffer
+from cspcheck.codegen.runtime.clock import MonotonicClock, VirtualClock
+from cspcheck.codegen.runtime.data import OutOfRange
+from cspcheck.codegen.runtime.program import Program
+from cspcheck.codegen.runtime.recorder import JsonLines
+from cspcheck.codegen.runtime.task import Task
+from cspcheck.codegen.runtime.waiting import Deadlock
 
 
 def command(tasks: Sequence[Task], arguments: Sequence[str] | None = None) -> int:

@@ -1,7 +1,7 @@
 """Programs: tasks put together, and the ways to run them.
 
 The same tasks are carried by threads (one each), by an asyncio event loop, or by a plain loop in the calling
-thread. What they do is the same algorithm each time, that of :class:`~codegen.runtime.run.Run`; with a virtual
+thread. What they do is the same algorithm each time, that of :class:`~cspcheck.codegen.runtime.run.Run`; with a virtual
 clock it is also the same run, event for event.
 """
 
@@ -14,12 +14,12 @@ from collections.abc import Coroutine, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from codegen.runtime.alternation import Fair, Policy
-from codegen.runtime.channel import Offer
-from codegen.runtime.clock import Clock, MonotonicClock, VirtualClock
-from codegen.runtime.recorder import Memory, Recorder
-from codegen.runtime.run import Outcome, Party, Run
-from codegen.runtime.task import Stopped, Task
+from cspcheck.codegen.runtime.alternation import Fair, Policy
+from cspcheck.codegen.runtime.channel import Offer
+from cspcheck.codegen.runtime.clock import Clock, MonotonicClock, VirtualClock
+from cspcheck.codegen.runtime.recorder import Memory, Recorder
+from cspcheck.codegen.runtime.run import Outcome, Party, Run
+from cspcheck.codegen.runtime.task import Stopped, Task
 
 Runner = Literal["threads", "asyncio", "loop"]
 """Who carries the tasks."""

@@ -17,7 +17,7 @@ from collections.abc import Iterable
 from enum import Enum
 from typing import IO, Any, NamedTuple, Protocol
 
-from codegen.runtime.data import Tagged
+from cspcheck.codegen.runtime.data import Tagged
 
 
 class Record(NamedTuple):
