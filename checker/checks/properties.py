@@ -6,7 +6,7 @@ another process lacks.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from cspcheck.checker.explain.behaviour import Behaviour, diverging, visible
 from cspcheck.checker.explain.replay import can_perform, can_refuse
 from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.search.paths import Step, shortest_path
+from cspcheck.checker.semantics.steps import Row
 from cspcheck.checker.specification.normal_form import BoolArray, FailuresModel, Semantics
 from cspcheck.checker.verdict import Counterexample, Outcome, Verdict
 from cspcheck.cspm.process.terms import Process
@@ -42,7 +43,7 @@ def deadlock_free(context: Context, process: Process, model: FailuresModel) -> O
     end = reached(exploration, path)
     is_deadlock = end in deadlocks
     shown = exploration
-    along = _along_original(context, process, exploration, path)
+    along = _along_original(context, process, exploration, path, (lambda row: not row) if is_deadlock else None)
     if along is not None:
         last, shown = along.pairs.depth, along.pairs
         path = along.path(shown.deadlocked(last) if is_deadlock else shown.tau_cyclic(last))
@@ -76,12 +77,16 @@ def divergence_found(context: Context, process: Process, exploration: Exploratio
 
 
 def _along_original(
-    context: Context, process: Process, exploration: Exploration, path: tuple[Step, ...]
+    context: Context,
+    process: Process,
+    exploration: Exploration,
+    path: tuple[Step, ...],
+    goal: Callable[[Row], bool] | None = None,
 ) -> Along | None:
     """The states of the components that the script has after the trace of a path with compressed ones."""
     if not exploration.packed.network.is_compressed:
         return None
-    return along_original(context, process, visible(path), "FD")
+    return along_original(context, process, visible(path), "FD", goal)
 
 
 def _deadlock(context: Context, process: Process, exploration: Exploration, path: tuple[Step, ...]) -> Counterexample:

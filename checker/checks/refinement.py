@@ -18,6 +18,7 @@ from cspcheck.checker.explain.replay import ReplayFailure, can_perform, offer, s
 from cspcheck.checker.explain.specification_run import specification_run
 from cspcheck.checker.search.pair_search import PairExploration, Violation
 from cspcheck.checker.search.paths import Step, shortest_path
+from cspcheck.checker.semantics.steps import Row
 from cspcheck.checker.specification.normal_form import Semantics
 from cspcheck.checker.verdict import Counterexample, Outcome, Verdict
 from cspcheck.cspm.process.events import TICK
@@ -73,7 +74,14 @@ def _without_compression(
     Compressed or not, a process can do, refuse and diverge the same after a trace; the runs differ.
     """
     kind, event = found.violation.kind, found.violation.event
-    along = along_original(context, implementation, visible(found.path), "FD" if model == "FD" else "T")
+    allowed = [frozenset(acceptance) for acceptance in normal_form.acceptances(node)]
+
+    def refuses(row: Row) -> bool:
+        accepted = offer(row)
+        return accepted is not None and not any(least <= accepted for least in allowed)
+
+    goal = {"trace": can_perform(event), "refusal": refuses}.get(kind)
+    along = along_original(context, implementation, visible(found.path), "FD" if model == "FD" else "T", goal)
     if along is None:
         return found
     length = along.pairs.depth
@@ -83,7 +91,6 @@ def _without_compression(
     elif kind == "divergence":
         goals = along.pairs.tau_cyclic(length)
     else:
-        allowed = [frozenset(acceptance) for acceptance in normal_form.acceptances(node)]
         accepted = [offers.acceptance(place) for place in range(len(offers.indices))]
         refusing = [a is not None and not any(least <= a for least in allowed) for a in accepted]
         goals = offers.indices[np.array(refusing, dtype=np.bool_)]

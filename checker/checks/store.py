@@ -8,26 +8,26 @@ answer is kept for the same question only.
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from functools import partial
 from typing import Any, Literal
 
 from cspcheck.checker.budget import Budget, Incomplete, coverage
+from cspcheck.checker.checks.machine_terms import MachineTerms
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.network.compiler import MOST_TERMS, Compiler, LimitReached
-from cspcheck.checker.network.components import JOINED, Alone, Joined, joined_machine
-from cspcheck.checker.network.skeleton import compile_single, look_through
+from cspcheck.checker.network.skeleton import compile_single
 from cspcheck.checker.packing.packed import PackedNetwork, pack
-from cspcheck.checker.reduction.compression import COMPRESSIONS
 from cspcheck.checker.search.exploration import Exploration, Progress, explore
 from cspcheck.checker.search.pair_search import PairExploration, explore_pairs
-from cspcheck.checker.semantics.beginning import beginning
+from cspcheck.checker.semantics.beginning import along, beginning, one_run
+from cspcheck.checker.semantics.steps import Row
+from cspcheck.checker.semantics.transitions import Explored
 from cspcheck.checker.specification.lazy import LazySpecification
 from cspcheck.checker.specification.normal_form import NormalForm, Semantics
 from cspcheck.checker.specification.normalisation import is_deterministic, normalise
 from cspcheck.checker.specification.normaliser import Normaliser
-from cspcheck.checker.verdict import Limits
-from cspcheck.cspm.process.terms import Compressed, Process
+from cspcheck.cspm.process.terms import Process
 
 Aim = Literal["everything", "deadlock", "deadlock or divergence", "divergence"]
 """What an exploration looks for; it may end at the first level that has it."""
@@ -69,9 +69,8 @@ class Machines:
         self._kept_bytes = kept_bytes
         self._progress = progress
         self._notify = notify
-        self._compiler = Compiler()
+        self._terms = MachineTerms(self._listed)
         self._beginnings: dict[Process, PackedNetwork] = {}
-        self._too_large: set[tuple[Compressed, Limits]] = set()
         self._kept: OrderedDict[Hashable, tuple[Any, int]] = OrderedDict()
 
     def packed(self, process: Process, budget: Budget, *, original: bool = False) -> PackedNetwork:
@@ -92,13 +91,10 @@ class Machines:
         key = ("packed", process, original)
         found: PackedNetwork | None = self._find(key)
         if found is None:
-            compress = look_through if original else partial(self._compressed, budget)
-
-            def poll(states: int) -> None:
-                budget.check_time(f"exploring a component of the process, {states:,} states of it so far")
-
+            compiler = self._terms.original if original else self._terms.compiler
+            self._terms.budget = budget
             try:
-                found = pack(self._compiler.network(process, budget.limits, poll, compress))
+                found = pack(compiler.network(process, budget.limits, partial(_poll, budget)))
             except LimitReached as reached:
                 raise Incomplete(budget.too_many_terms(reached), reached.states, endless=True) from None
             if not original and not found.network.is_compressed:
@@ -113,35 +109,50 @@ class Machines:
         """
         most = BEGINNING if budget.limits.states is None else min(BEGINNING, budget.limits.states)
         found = beginning(process, most, lambda _: budget.check_time("looking at the beginning of the process"))
+        return self._of_part(process, found.machine), found.levels
+
+    def along(
+        self, process: Process, trace: Sequence[int], most: int, budget: Budget, goal: Callable[[Row], bool] | None
+    ) -> Machines | None:
+        """Machines for which *process* is what its terms can do along a trace; None if that is more than *most* states.
+
+        They share nothing with these.
+
+        Args:
+            process, trace, most, budget: what is followed, and how far.
+            goal: if given, one run is enough that ends in a state with such transitions.
+        """
+
+        def poll(_: int) -> None:
+            budget.check_time("following a trace")
+
+        found = along(process, trace, most, poll) if goal is None else one_run(process, trace, goal, most, poll)
+        return None if found is None else self._of_part(process, found)
+
+    def _of_part(self, process: Process, part: Explored) -> Machines:
+        """Machines for which *process* is a part of what it is."""
         others = Machines(workers=self.workers, full=self.full, progress=self._progress, notify=self._notify)
-        others._beginnings[process] = pack(compile_single(process, found.machine))
-        return others, found.levels
+        others._beginnings[process] = pack(compile_single(process, part))
+        return others
 
-    def _compressed(self, budget: Budget, term: Compressed, role: Alone | Joined) -> Lts | None:
-        """The machine of a compressed process in a role; None where its operand is too large to be explored by itself.
-
-        The operand may have no end by itself and yet have one in company, so a limit that is reached here is none of
-        the whole.
+    def _listed(self, compiler: Compiler, process: Process, budget: Budget) -> Lts:
+        """The explicit machine of a part of a process, which is not kept.
 
         Raises:
-            Incomplete: the time is over.
+            Incomplete: a limit was reached.
+            LimitReached: a component has more states than the limit.
         """
-        key = ("compressed", term, role)
-        found: Lts | None = self._find(key)
-        if found is None:
-            if (term, budget.limits) in self._too_large:
-                return None
-            try:
-                lts = self.lts(term.process, budget)
-                budget.check_time(f"compressing a component of {lts.states:,} states")
-                found = COMPRESSIONS[term.function](joined_machine(lts) if role is JOINED else lts)
-            except Incomplete:
-                if budget.is_over():
-                    raise
-                self._too_large.add((term, budget.limits))
-                return None
-            self._keep(key, found, found.offsets.nbytes + 2 * found.labels.nbytes)
-        return found
+        poll = partial(_poll, budget)
+        exploration = explore(
+            pack(compiler.network(process, budget.limits, poll)),
+            limits=budget.remaining(),
+            workers=self.workers,
+            look_for_divergence=False,
+            notify=self._notify,
+        )
+        if not exploration.complete:
+            raise Incomplete(budget.reached(exploration), exploration.levels[-1], exploration.transitions)
+        return exploration.to_lts()
 
     def exploration(self, process: Process, aim: Aim, budget: Budget, *, original: bool = False) -> Exploration:
         """The reachable states of a process; all of them unless what is aimed at, or a limit, ended the search.
@@ -305,6 +316,10 @@ class Machines:
             if size:
                 total -= size
                 del self._kept[old]
+
+
+def _poll(budget: Budget, states: int) -> None:
+    budget.check_time(f"exploring a component of the process, {states:,} states of it so far")
 
 
 class _TooManyNodes(Exception):

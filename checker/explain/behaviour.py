@@ -22,7 +22,7 @@ from cspcheck.cspm.process.events import FIRST_EVENT, TAU, TICK, EventTable
 from cspcheck.cspm.process.terms import STOP, Process
 from cspcheck.cspm.process.text import describe
 
-REPLAYED_COMPONENT = 20_000
+REPLAYED_COMPONENT = 5_000
 """A compressed component is replayed if no more states than this of its operand must be looked at."""
 
 
@@ -137,10 +137,12 @@ class Behaviour:
             ReplayFailure: a component does not behave like that.
         """
         network = self.packed.network
+        if network.formats > 1:
+            return  # which terms came and went in a slot is not told by its labels
         final = self._local_states()
         for number, slot in enumerate(network.slots):
             labels = [label for step in (*self.path, *loop) for label in self._labels(number, step) if label != TAU]
-            process = slot.terms[0] if slot.compressed is None else slot.compressed.process
+            process = slot.terms[0] if slot.compressed is None else slot.compressed
             rows = states_after(process, labels, REPLAYED_COMPONENT)
             if rows is None:
                 continue
