@@ -58,7 +58,7 @@ class _Following:
         """
         if not self._follower.follows(record.event, record.hidden, record.inner):
             return
-        departure = self._follower.step(record.event)
+        departure = self._follower.step(record.event, terminated=record.terminated)
         if departure is not None:
             raise Departed(self._process, departure)
         self.events += 1
@@ -106,7 +106,7 @@ def traces(script: Script, process: str, *, max_length: int = 30) -> SearchStrat
             event = draw(st.sampled_from(allowed))
             follower.step(event)
             events.append(event)
-            if event == "tick":
+            if event == script._script.events.tick:
                 break
         return events
 

@@ -28,6 +28,7 @@ from cspcheck.cspm.source import Source, Span
 from cspcheck.cspm.spelling import suggestions
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.values.dots import Channels, DotList, Dotted, Event
+from cspcheck.cspm.values.order import order_key
 from cspcheck.cspm.values.sets import Set
 from cspcheck.cspm.values.text import show
 from cspcheck.cspm.values.values import Boolean, Map, Real, Sequence, deep
@@ -95,7 +96,7 @@ class Script:
         """What the type checker found; None if it was not asked."""
         self.classes = classes
         """The Object-Z part; None if there is none."""
-        self.events = EventTable(show)
+        self.events = EventTable(show, order_key)
         """The events of all channels, numbered in the order of declaration, those of module instances last."""
         self.warnings: tuple[Diagnostic, ...] = () if types is None else types.warnings
         if classes is not None:
