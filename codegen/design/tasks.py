@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from codegen import messages
 from codegen.design.choices import Choices
 from codegen.design.naming import snake, unique
+from codegen.design.expressions import constant
 from codegen.design.pieces import Lines, NeedsStates, State, bare, is_simple, unwrapped
 from cspm import syntax
 from cspm.diagnostics import ScriptError
@@ -94,7 +95,7 @@ class Processes(Choices):
         else:
             with self._out.block("else:"):
                 values = ", ".join(written)
-                self._out.add(f'raise ValueError(f"no clause of {declaration.name} matches {{({values},)}}")')
+                self._out.add(f"raise ValueError({literal(f'no clause of {declaration.name} matches')} f\" {{({values},)}}\")")
         return State(name, list(zip(written, annotations, strict=True)), declaration.span.text, self._out.lines)
 
     def _annotations(self, patterns: Sequence[syntax.Pattern]) -> list[str]:
@@ -120,7 +121,7 @@ class Processes(Choices):
             case syntax.Wildcard():
                 return
             case syntax.LiteralPattern():
-                conditions.append(f"{value} == {pattern.value!r}")
+                conditions.append(f"{value} == {constant(pattern)}")
                 return
             case syntax.NamePattern():
                 symbol = self.names.symbol(pattern)

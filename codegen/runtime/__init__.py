@@ -1,6 +1,8 @@
 """What a generated program runs on: tasks, synchronous channels, clocks and recorders. Standard library only.
 
->>> from codegen.runtime import Channel, Integers, Program, Task
+These modules go with every program as they are, so they import each other and nothing else of this project.
+
+>>> from program.runtime import Channel, Integers, Program, Task
 >>> number = Channel("number", [Integers(0, 10)], parties=[("Producer", "Consumer")])
 >>> class Producer(Task):
 ...     async def run(self):
@@ -14,11 +16,11 @@
 11
 """
 
-from codegen.runtime.alternation import Choice, Fair, InOrder, NobodyDecides, Policy, Randomly
-from codegen.runtime.channel import ANY, UNDECIDED, Channel, Offer, WrongOffer, one_of
-from codegen.runtime.clock import Clock, MonotonicClock, VirtualClock
-from codegen.runtime.command import command
-from codegen.runtime.data import (
+from .alternation import Choice, Fair, InOrder, NobodyDecides, Policy, Randomly
+from .channel import ANY, UNDECIDED, Channel, Offer, WrongOffer, one_of
+from .clock import Clock, MonotonicClock, VirtualClock
+from .command import command
+from .data import (
     BOOLEANS,
     Anything,
     Constructed,
@@ -33,11 +35,11 @@ from codegen.runtime.data import (
     Tuples,
     Variables,
 )
-from codegen.runtime.operation import CannotList, ClassTask, Data, Operation, Outcome, Outcomes
-from codegen.runtime.program import Program, Runner, Summary
-from codegen.runtime.recorder import JsonLines, Memory, Record, Recorder, Several
-from codegen.runtime.task import Next, Stopped, Task, go
-from codegen.runtime.waiting import Deadlock, Waiting
+from .operation import CannotList, ClassTask, Data, Operation, Outcome, Outcomes
+from .program import Program, Runner, Summary
+from .recorder import JsonLines, Memory, Nothing, Record, Recorder, Several
+from .task import Next, Stopped, Task, WrongMethods, go
+from .waiting import Deadlock, Waiting
 
 __all__ = [
     "ANY",
@@ -62,6 +64,7 @@ __all__ = [
     "MonotonicClock",
     "Next",
     "NobodyDecides",
+    "Nothing",
     "Offer",
     "Operation",
     "OutOfRange",
@@ -85,6 +88,7 @@ __all__ = [
     "Variables",
     "VirtualClock",
     "Waiting",
+    "WrongMethods",
     "WrongOffer",
     "command",
     "go",

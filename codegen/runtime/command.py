@@ -6,15 +6,15 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from codegen.runtime import contracts
-from codegen.runtime.alternation import Fair, InOrder, NobodyDecides, Policy, Randomly
-from codegen.runtime.channel import WrongOffer
-from codegen.runtime.clock import MonotonicClock, VirtualClock
-from codegen.runtime.data import OutOfRange
-from codegen.runtime.program import Program
-from codegen.runtime.recorder import JsonLines
-from codegen.runtime.task import Task
-from codegen.runtime.waiting import Deadlock
+from . import contracts
+from .alternation import Fair, InOrder, NobodyDecides, Policy, Randomly
+from .channel import WrongOffer
+from .clock import MonotonicClock, VirtualClock
+from .data import OutOfRange
+from .program import Program
+from .recorder import JsonLines
+from .task import Task
+from .waiting import Deadlock
 
 
 def command(tasks: Sequence[Task], arguments: Sequence[str] | None = None) -> int:

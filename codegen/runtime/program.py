@@ -1,7 +1,7 @@
 """Programs: tasks put together, and the ways to run them.
 
 The same tasks are carried by threads (one each), by an asyncio event loop, or by a plain loop in the calling
-thread. What they do is the same algorithm each time, that of :class:`~codegen.runtime.run.Run`; with a virtual
+thread. What they do is the same algorithm each time, that of :class:`~.run.Run`; with a virtual
 clock it is also the same run, event for event.
 """
 
@@ -14,12 +14,12 @@ from collections.abc import Coroutine, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from codegen.runtime.alternation import Fair, Policy
-from codegen.runtime.channel import Offer
-from codegen.runtime.clock import Clock, MonotonicClock, VirtualClock
-from codegen.runtime.recorder import Memory, Recorder
-from codegen.runtime.run import Outcome, Party, Run
-from codegen.runtime.task import Stopped, Task
+from .alternation import Fair, Policy
+from .channel import Offer
+from .clock import Clock, MonotonicClock, VirtualClock
+from .recorder import Nothing, Recorder
+from .run import Outcome, Party, Run
+from .task import Stopped, Task
 
 Runner = Literal["threads", "asyncio", "loop"]
 """Who carries the tasks."""
@@ -71,7 +71,7 @@ class Program:
             runner: who carries the tasks.
             clock: a monotonic clock unless another is given.
             policy: what decides between several possible events; :class:`Fair` if none is given.
-            recorder: is told every event.
+            recorder: is told every event; nothing is kept unless one is given.
             events: stop after so many events.
             seconds: stop at this time of the clock.
             serial: whether one task runs at a time. It must be so with a virtual clock and in a plain loop, and is
@@ -82,7 +82,7 @@ class Program:
             Exception: whatever a task or the recorder raised; all tasks have been stopped by then.
         """
         clock = clock if clock is not None else MonotonicClock()
-        recorder = recorder if recorder is not None else Memory()
+        recorder = recorder if recorder is not None else Nothing()
         must = runner == "loop" or isinstance(clock, VirtualClock)
         if must and serial is False:
             raise ValueError("with a virtual clock or in a plain loop one task runs at a time")

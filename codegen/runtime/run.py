@@ -17,12 +17,12 @@ from collections.abc import Sequence
 from heapq import heappop, heappush
 from typing import Protocol
 
-from codegen.runtime.alternation import Board, Choice, Commit, Policy, agreed
-from codegen.runtime.channel import ANY, Offer, OneOf, Values, WrongOffer
-from codegen.runtime.clock import Clock, MonotonicClock
-from codegen.runtime.recorder import Record, Recorder
-from codegen.runtime.task import Stopped, Task
-from codegen.runtime.waiting import deadlock
+from .alternation import Board, Choice, Commit, Policy, agreed
+from .channel import ANY, Offer, OneOf, Values, WrongOffer
+from .clock import Clock, MonotonicClock
+from .recorder import Record, Recorder
+from .task import Stopped, Task
+from .waiting import deadlock
 
 Outcome = Choice | Stopped
 """What a task that waited is told."""

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from types import coroutine
 from typing import TYPE_CHECKING, Any, Final
 
-from codegen.runtime.alternation import Choice
-from codegen.runtime.channel import ANY, Offer, OneOf, Undecided, Values
+from .alternation import Choice
+from .channel import ANY, Offer, OneOf, Undecided, Values
 
 if TYPE_CHECKING:
-    from codegen.runtime.run import Run
+    from .run import Run
 
 
 class Stopped(BaseException):
