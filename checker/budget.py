@@ -6,11 +6,11 @@ from dataclasses import replace
 from time import perf_counter
 from typing import TYPE_CHECKING
 
-from checker.verdict import Counterexample, Limits, Outcome, Verdict
+from cspcheck.checker.verdict import Counterexample, Limits, Outcome, Verdict
 
 if TYPE_CHECKING:
-    from checker.growth import LimitReached
-    from checker.search import Exploration
+    from cspcheck.checker.search.exploration import Exploration
+    from cspcheck.checker.semantics.growth import LimitReached
 
 
 class Incomplete(Exception):

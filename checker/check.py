@@ -7,22 +7,22 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, TypeGuard
 
-from checker.budget import Budget, Incomplete
-from checker.context import Context
-from checker.determinism import deterministic
-from checker.horizon import Trace, held_against_readings
-from checker.lts import Lts
-from checker.machines import KEPT_BYTES, Machines
-from checker.normal_form import FailuresModel, Semantics
-from checker.observed_refinement import ObservedModel, refines_observed
-from checker.properties import deadlock_free, divergence_free, has_trace
-from checker.refinement import refines
-from checker.replay import ReplayFailure
-from checker.search import Progress
-from checker.verdict import Limits, Outcome, Verdict
-from cspm.events import EventSet, EventTable
-from cspm.process import Prioritised, Process
-from cspm.syntax import (
+from cspcheck.checker.budget import Budget, Incomplete
+from cspcheck.checker.checks.context import Context
+from cspcheck.checker.checks.determinism import deterministic
+from cspcheck.checker.checks.observed_refinement import ObservedModel, refines_observed
+from cspcheck.checker.checks.properties import deadlock_free, divergence_free, has_trace
+from cspcheck.checker.checks.readings import Trace, held_against_readings
+from cspcheck.checker.checks.refinement import refines
+from cspcheck.checker.checks.store import KEPT_BYTES, Machines
+from cspcheck.checker.explain.replay import ReplayFailure
+from cspcheck.checker.lts import Lts
+from cspcheck.checker.search.exploration import Progress
+from cspcheck.checker.specification.normal_form import FailuresModel, Semantics
+from cspcheck.checker.verdict import Limits, Outcome, Verdict
+from cspcheck.cspm.process.events import EventSet, EventTable
+from cspcheck.cspm.process.terms import Prioritised, Process
+from cspcheck.cspm.syntax.tree import (
     Assertion,
     AssertOption,
     BooleanAssertion,
@@ -35,8 +35,8 @@ from cspm.syntax import (
 )
 
 if TYPE_CHECKING:
-    from cspm.oz.syntax import DataRefinement, Obligations, Subtype
-    from cspm.script import Script
+    from cspcheck.cspm.oz.syntax import DataRefinement, Obligations, Subtype
+    from cspcheck.cspm.script import Script
 
 _FAILURES: dict[Model, FailuresModel] = {"F": "F", "FD": "FD", "V": "F", "VD": "FD", "R": "F", "RD": "FD"}
 """What deadlock freedom and determinism look at in each model: richer models tell no more of them than failures do."""
@@ -121,7 +121,7 @@ class Checker:
                 claim = "possible" if model == "T" else "reliable"
             return self._within_readings(outcome, process, None, budget, trace=claim)
         if _is_proved(assertion):
-            from checker.proof.answer import answer, specification_of
+            from cspcheck.checker.proof.answer import answer, specification_of
 
             return answer(assertion, specification_of(self._script), self._limits.seconds)
         raise TypeError(f"not an assertion: {assertion!r}")
@@ -250,7 +250,11 @@ class Checker:
 
 def _is_proved(assertion: Assertion) -> TypeGuard[DataRefinement | Obligations | Subtype]:
     """Whether an assertion speaks of classes and is proved, not searched."""
-    from cspm.oz.syntax import DataRefinement, Obligations, Subtype  # only scripts with classes pay for their syntax
+    from cspcheck.cspm.oz.syntax import (  # only scripts with classes pay for their syntax
+        DataRefinement,
+        Obligations,
+        Subtype,
+    )
 
     return isinstance(assertion, Obligations | DataRefinement | Subtype)
 

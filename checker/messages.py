@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cspm.diagnostics import Diagnostic, Label, mistake
-from cspm.source import Span
+from cspcheck.cspm.diagnostics import Diagnostic, Label, mistake
+from cspcheck.cspm.source import Span
 
 
 @mistake(

@@ -7,7 +7,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
-    from cspm.process import Process
+    from cspcheck.cspm.process.terms import Process
 
 
 class Verdict(StrEnum):

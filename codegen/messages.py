@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cspm.diagnostics import Diagnostic, Severity, mistake
-from cspm.source import Span
+from cspcheck.cspm.diagnostics import Diagnostic, Severity, mistake
+from cspcheck.cspm.source import Span
 
 
 @mistake(

@@ -13,29 +13,29 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from checker.budget import Incomplete as Incomplete
-    from checker.verdict import (
+    from cspcheck.api import Machine as Machine, Process as Process, Script as Script, load as load, loads as loads
+    from cspcheck.checker.budget import Incomplete as Incomplete
+    from cspcheck.checker.verdict import (
         ComponentBehaviour as ComponentBehaviour,
         Counterexample as Counterexample,
         Verdict as Verdict,
     )
-    from cspcheck.api import Machine as Machine, Process as Process, Script as Script, load as load, loads as loads
+    from cspcheck.cspm.diagnostics import Diagnostic as Diagnostic, ScriptError as ScriptError
     from cspcheck.result import Result as Result
-    from cspm.diagnostics import Diagnostic as Diagnostic, ScriptError as ScriptError
 
 __version__ = "0.1.0"
 
 _HOMES = {
-    "ComponentBehaviour": "checker.verdict",
-    "Counterexample": "checker.verdict",
-    "Diagnostic": "cspm.diagnostics",
-    "Incomplete": "checker.budget",
+    "ComponentBehaviour": "cspcheck.checker.verdict",
+    "Counterexample": "cspcheck.checker.verdict",
+    "Diagnostic": "cspcheck.cspm.diagnostics",
+    "Incomplete": "cspcheck.checker.budget",
     "Machine": "cspcheck.api",
     "Process": "cspcheck.api",
     "Result": "cspcheck.result",
     "Script": "cspcheck.api",
-    "ScriptError": "cspm.diagnostics",
-    "Verdict": "checker.verdict",
+    "ScriptError": "cspcheck.cspm.diagnostics",
+    "Verdict": "cspcheck.checker.verdict",
     "load": "cspcheck.api",
     "loads": "cspcheck.api",
 }

@@ -7,22 +7,23 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
-from checker.verdict import Limits
 from cspcheck import checking
+from cspcheck.checker.verdict import Limits
+from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
+from cspcheck.cspm.source import Source
 from cspcheck.quantities import parse_duration, parse_size
 from cspcheck.result import Result
-from cspm.diagnostics import Diagnostic, ScriptError
-from cspm.source import Source
 
 N = TypeVar("N", int, float)
 
 if TYPE_CHECKING:
     import networkx
 
-    from checker.check import Checker
-    from checker.lts import Lts
-    from cspm import process, script
-    from cspm.events import EventTable
+    from cspcheck.checker.check import Checker
+    from cspcheck.checker.lts import Lts
+    from cspcheck.cspm import script
+    from cspcheck.cspm.process import terms as process
+    from cspcheck.cspm.process.events import EventTable
 
 
 def load(
@@ -63,7 +64,7 @@ def loads(
     Raises:
         ScriptError: there is an error in the script.
     """
-    from cspm import script
+    from cspcheck.cspm import script
 
     overrides = {constant: _as_text(value) for constant, value in (definitions or {}).items()}
     semantics = script.Semantics(view, outputs)

@@ -9,16 +9,16 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, Protocol
 
-from checker.verdict import Limits, Outcome, Verdict
+from cspcheck.checker.verdict import Limits, Outcome, Verdict
+from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
+from cspcheck.cspm.source import Source
 from cspcheck.result import Result, answer
 from cspcheck.selection import STDIN
-from cspm.diagnostics import Diagnostic, ScriptError
-from cspm.source import Source
 
 if TYPE_CHECKING:
-    from checker.check import Checker
-    from checker.search import Progress
-    from cspm.script import Assertion, Script
+    from cspcheck.checker.check import Checker
+    from cspcheck.checker.search.exploration import Progress
+    from cspcheck.cspm.script import Assertion, Script
 
 STDIN_NAME = "<stdin>"
 _NOT_SCRIPTS = (".pdf", ".json", ".xml", ".md", ".py")
@@ -113,7 +113,7 @@ def read(path: str) -> Source:
     Raises:
         ScriptError: there is no such file, it cannot be read, or it is not a script.
     """
-    from cspm.parser import decode, read_source
+    from cspcheck.cspm.parsing.reading import decode, read_source
 
     if path == STDIN:
         return decode(STDIN_NAME, sys.stdin.buffer.read())
@@ -131,8 +131,8 @@ def load(path: str, settings: Settings) -> Script:
     Raises:
         ScriptError: it cannot be read, or there is an error in it.
     """
-    from cspm import script
-    from cspm.script import Semantics
+    from cspcheck.cspm import script
+    from cspcheck.cspm.script import Semantics
 
     return script.load(
         read(path),
@@ -144,7 +144,7 @@ def load(path: str, settings: Settings) -> Script:
 
 def checker_for(script: Script, settings: Settings, watch: Watch) -> Checker:
     """A checker for the assertions of one script, which share their machines."""
-    from checker.check import Checker
+    from cspcheck.checker.check import Checker
 
     return Checker(
         script,

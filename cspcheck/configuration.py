@@ -14,13 +14,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, get_args
 
+from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
+from cspcheck.cspm.source import Source, Span
+from cspcheck.cspm.spelling import suggestions
 from cspcheck.messages import unknown_setting, unreadable_settings, wrong_setting
 from cspcheck.quantities import parse_duration, parse_size
 from cspcheck.report import FORMATS
 from cspcheck.report.style import ColorChoice
-from cspm.diagnostics import Diagnostic, ScriptError
-from cspm.source import Source, Span
-from cspm.spelling import suggestions
 
 FILE = "pyproject.toml"
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 
-from checker.horizon import left_in
-from checker.transitions import LimitReached, explore
-from checker.verdict import Limits
-from cspm.diagnostics import ScriptError
-from cspm.process import Process
-from cspm.script import Script
+from cspcheck.checker.checks.readings import left_in
+from cspcheck.checker.semantics.transitions import LimitReached, explore
+from cspcheck.checker.verdict import Limits
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.process.terms import Process
+from cspcheck.cspm.script import Script
 
 MOST_STATES = 200_000
 """A class with more states is no script that anyone would load."""
@@ -21,8 +21,8 @@ def plain_text(script: Script) -> str:
     Raises:
         ScriptError: a class has too many states, leaves its finite readings, or cannot be evaluated.
     """
-    from cspm.oz.exporting import plain
-    from cspm.printer import print_script
+    from cspcheck.cspm.oz.writing.exporting import plain
+    from cspcheck.cspm.printing.printer import print_script
 
     if script.classes is None:
         return print_script(script.tree)

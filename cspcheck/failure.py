@@ -9,8 +9,8 @@ import traceback
 from collections.abc import Sequence
 
 from cspcheck import __version__
+from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.messages import internal_error
-from cspm.diagnostics import Diagnostic
 
 _REQUEST = "this is a mistake in cspcheck, not in your script: please report it with the script and the traceback"
 

@@ -11,14 +11,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from checker.transitions import Semantics
-from cspm.diagnostics import ScriptError
-from cspm.events import TAU, TICK, EventSet, EventTable
-from cspm.process import Hide, Parallel, Process, Reference
-from cspm.process_text import describe
+from cspcheck.checker.semantics.transitions import Semantics
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.process.events import TAU, TICK, EventSet, EventTable
+from cspcheck.cspm.process.terms import Hide, Parallel, Process, Reference
+from cspcheck.cspm.process.text import describe
 
 if TYPE_CHECKING:
-    from cspm.script import Script
+    from cspcheck.cspm.script import Script
 
 MOST_STATES = 100_000
 """The process may be in so many states at a time."""

@@ -9,10 +9,10 @@ import random
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from checker.running import Component, Performed, Runner, Running, distinct_names
-from checker.waiting import waiting
-from cspm.events import TAU, EventTable
-from cspm.process import Process, Terminated
+from cspcheck.checker.explain.blocked_terms import waiting
+from cspcheck.checker.explain.running import Component, Performed, Runner, Running, distinct_names
+from cspcheck.cspm.process.events import TAU, EventTable
+from cspcheck.cspm.process.terms import Process, Terminated
 
 HIDDEN = 10_000
 """States that are looked at to find the taus before a wanted event."""

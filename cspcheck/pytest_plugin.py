@@ -19,11 +19,11 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from checker.check import Checker
     from cspcheck.api import Script
+    from cspcheck.checker.check import Checker
     from cspcheck.checking import Settings
+    from cspcheck.cspm import script
     from cspcheck.result import Result
-    from cspm import script
 
 SUFFIX = ".csp"
 DOCUMENT = ".tex"
@@ -170,7 +170,7 @@ class ScriptFile(pytest.File):
     def collect(self) -> Iterator[AssertionItem]:
         """One item for each assertion; a second one with the same text has its line in its name."""
         from cspcheck.checking import load
-        from cspm.diagnostics import ScriptError
+        from cspcheck.cspm.diagnostics import ScriptError
 
         name = _shown(self.path)
         try:

@@ -1,4 +1,6 @@
-"""All mistakes that can be told: the register of ``cspm.diagnostics``, filled by importing every module of messages."""
+"""All mistakes that can be told: the register of ``cspcheck.cspm.diagnostics``, filled from every module of
+messages.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +8,7 @@ import pkgutil
 from difflib import get_close_matches
 from importlib import import_module
 
-from cspm.diagnostics import MISTAKES, Mistake
+from cspcheck.cspm.diagnostics import MISTAKES, Mistake
 
 PHASES = {
     "0": "Files and characters",
@@ -25,14 +27,11 @@ PHASES = {
 
 def all_mistakes() -> list[Mistake]:
     """Every mistake, by code."""
-    import cspm.messages
+    import cspcheck
 
-    for module in pkgutil.iter_modules(cspm.messages.__path__, "cspm.messages."):
-        import_module(module.name)
-    import_module("checker.messages")
-    import_module("codegen.messages")
-    import_module("checker.proof.messages")
-    import_module("cspcheck.messages")
+    for module in pkgutil.walk_packages(cspcheck.__path__, "cspcheck."):
+        if module.name.endswith("messages"):
+            import_module(module.name)
     return [MISTAKES[code] for code in sorted(MISTAKES)]
 
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING, Literal
 
-from checker.verdict import Counterexample, Outcome, Verdict
-from cspm import syntax
-from cspm.diagnostics import Diagnostic, Severity
+from cspcheck.checker.verdict import Counterexample, Outcome, Verdict
+from cspcheck.cspm.diagnostics import Diagnostic, Severity
+from cspcheck.cspm.syntax import tree as syntax
 
 if TYPE_CHECKING:
-    from cspm.script import Assertion
+    from cspcheck.cspm.script import Assertion
 
 DEFAULT_MODELS: dict[str, syntax.Model] = {
     "deadlock free": "FD",
@@ -152,7 +152,11 @@ def _shape(node: syntax.Assertion) -> tuple[str, str | None, bool, str, str | No
 
 def _proved_shape(node: syntax.Assertion, negated: bool) -> tuple[str, str | None, bool, str, str | None]:
     """The same for an assertion about classes."""
-    from cspm.oz.syntax import DataRefinement, Obligations, Subtype  # only scripts with classes pay for their syntax
+    from cspcheck.cspm.oz.syntax import (  # only scripts with classes pay for their syntax
+        DataRefinement,
+        Obligations,
+        Subtype,
+    )
 
     match node:
         case Obligations():
@@ -165,7 +169,7 @@ def _proved_shape(node: syntax.Assertion, negated: bool) -> tuple[str, str | Non
 
 
 def _one_line(expression: syntax.Expr) -> str:
-    from cspm.printer import print_expression
+    from cspcheck.cspm.printing.printer import print_expression
 
     return " ".join(print_expression(expression).split())
 

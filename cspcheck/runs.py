@@ -7,9 +7,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.following import Departure, Follower, at
 from cspcheck.messages import wrong_record
-from cspm.diagnostics import ScriptError
 
 
 @dataclass(frozen=True, slots=True)

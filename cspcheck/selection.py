@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from cspm.script import Assertion
+    from cspcheck.cspm.script import Assertion
 
 STDIN = "-"
 SUFFIX = ".csp"

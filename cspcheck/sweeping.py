@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 
+from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.result import Result
-from cspm.diagnostics import Diagnostic
 
 MOST = 10_000
 """A range of more values than this is taken for a mistake."""

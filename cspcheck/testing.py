@@ -18,15 +18,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from cspcheck.cspm.process.events import TICK
 from cspcheck.following import Departure, Follower
-from cspm.events import TICK
 
 if TYPE_CHECKING:
     from hypothesis.stateful import RuleBasedStateMachine
     from hypothesis.strategies import SearchStrategy
 
-    from codegen.runtime import Record
     from cspcheck.api import Script
+    from cspcheck.codegen.runtime import Record
 
 
 class Departed(AssertionError):

@@ -1,7 +1,7 @@
 """One value for everything that is said about a script, and the register of the mistakes that can be made.
 
 A diagnostic knows nothing about output; ``cspcheck.report`` renders it. Every mistake has one builder, a
-function decorated with :func:`mistake` in the module of the phase that understands it (``cspm.messages``).
+function decorated with :func:`mistake` in the module of the phase that understands it (``cspcheck.cspm.messages``).
 The decorator keeps what ``cspcheck explain CODE`` and the list of codes in the documentation print.
 
 Codes by hundreds: 0 files and characters, 1 syntax, 2 names, 3 types, 4 evaluation, 5 processes and their
@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import ParamSpec
 
-from cspm.source import Span
+from cspcheck.cspm.source import Span
 
 P = ParamSpec("P")
 

@@ -1,7 +1,7 @@
 """The names that every script can use without defining them, and those that it must import first.
 
-Only the names; what they mean is said in ``cspm.evaluator``'s ``builtins_data`` and ``builtins_processes``, and their
-types in ``cspm.builtin_types``.
+Only the names; what they mean is said in ``cspcheck.cspm.evaluator``'s ``builtins_data`` and ``builtins_processes``,
+and their types in ``cspcheck.cspm.typing.builtins``.
 """
 
 from __future__ import annotations

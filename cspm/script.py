@@ -12,30 +12,30 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
-from cspm import syntax
-from cspm.diagnostics import Diagnostic, ScriptError
-from cspm.dots import Channels, DotList, Dotted, Event
-from cspm.evaluator import Evaluator
-from cspm.evaluator.frames import Frame
-from cspm.evaluator.units import Declarations
-from cspm.events import EventSet, EventTable
-from cspm.messages import names as name_messages
-from cspm.names import Names, resolve, resolve_more
-from cspm.parser import parse, parse_alone, parse_assertion, parse_expression, read_source
-from cspm.printer import print_assertion
-from cspm.process import Process
-from cspm.process_text import describe
-from cspm.recursion import deep_recursion
-from cspm.sets import Set
-from cspm.source import Source, Span
-from cspm.spelling import suggestions
-from cspm.values import Boolean, Map, Real, Sequence, deep
-from cspm.values_text import show
+from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
+from cspcheck.cspm.evaluator import Evaluator
+from cspcheck.cspm.evaluator.frames import Frame
+from cspcheck.cspm.evaluator.units import Declarations
+from cspcheck.cspm.naming import messages as name_messages
+from cspcheck.cspm.naming.resolve import Names, resolve, resolve_more
+from cspcheck.cspm.parsing.reading import parse, parse_alone, parse_assertion, parse_expression, read_source
+from cspcheck.cspm.printing.printer import print_assertion
+from cspcheck.cspm.process.events import EventSet, EventTable
+from cspcheck.cspm.process.terms import Process
+from cspcheck.cspm.process.text import describe
+from cspcheck.cspm.recursion import deep_recursion
+from cspcheck.cspm.source import Source, Span
+from cspcheck.cspm.spelling import suggestions
+from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.values.dots import Channels, DotList, Dotted, Event
+from cspcheck.cspm.values.sets import Set
+from cspcheck.cspm.values.text import show
+from cspcheck.cspm.values.values import Boolean, Map, Real, Sequence, deep
 
 if TYPE_CHECKING:
-    from cspm.inference import Types
-    from cspm.oz.context import ClassContext
-    from cspm.oz.core import Specification
+    from cspcheck.cspm.oz.core import Specification
+    from cspcheck.cspm.oz.processes.context import ClassContext
+    from cspcheck.cspm.typing.inference import Types
 
 Expected: TypeAlias = Literal["pass", "fail", "unknown"]
 _EXPECT = re.compile(r"\bexpect:\s*(pass|fail|unknown)\b")
@@ -118,7 +118,7 @@ class Script:
         """The finite readings that the classes behind an assertion follow, as the script writes them."""
         if self.classes is None:
             return ()
-        from cspm.oz.alphabets import Alphabets
+        from cspcheck.cspm.oz.processes.alphabets import Alphabets
 
         owners = {foreign.owner: None for foreign in Alphabets(self.names).foreign(_operands(node))}
         return self.classes.context.used(owners)
@@ -164,7 +164,7 @@ class Script:
             expression = parse_expression(expression)
             resolve_more(self.names, expression)
             if self.types is not None:
-                from cspm.inference import infer_expression
+                from cspcheck.cspm.typing.inference import infer_expression
 
                 infer_expression(expression, self.types)
         return expression, self._frames.get(id(expression), self._top)
@@ -174,7 +174,7 @@ class Script:
         node = parse_assertion(text)
         resolve_more(self.names, node)
         if self.types is not None:
-            from cspm.inference import infer_assertion
+            from cspcheck.cspm.typing.inference import infer_assertion
 
             infer_assertion(node, self.types)
         return Assertion(node, print_assertion(node), node.span)
@@ -214,7 +214,8 @@ class Script:
         return self._evaluator.run(lambda: self._plain(deep(self._evaluator.value(node, frame)(()))), node.span)
 
     def value(self, text: str) -> Any:
-        """The value of an expression as the evaluator has it (``cspm.values``), evaluated through and through.
+        """The value of an expression as the evaluator has it (``cspcheck.cspm.values.values``), evaluated through and
+        through.
 
         Raises:
             ScriptError: also for infinite sequences.
@@ -296,7 +297,7 @@ def load(
     names = resolve(tree)
     types: Types | None = None
     if typecheck:
-        from cspm.inference import infer
+        from cspcheck.cspm.typing.inference import infer
 
         types = infer(tree, names)
     return Script(source, tree, names, types, classes)
@@ -312,10 +313,10 @@ class Classes:
 
 def _with_classes(tree: syntax.Script, semantics: Semantics | None) -> tuple[Classes, syntax.Script]:
     """The classes of a script, and the script with what they become in their place."""
-    import cspm.oz.evaluating  # noqa: F401  (registers how what classes become is evaluated)
-    from cspm.oz.context import ClassContext
-    from cspm.oz.desugaring import desugared
-    from cspm.oz.elaboration import elaborate
+    import cspcheck.cspm.oz.processes.evaluating  # noqa: F401  (registers how what classes become is evaluated)
+    from cspcheck.cspm.oz.processes.context import ClassContext
+    from cspcheck.cspm.oz.processes.desugaring import desugared
+    from cspcheck.cspm.oz.typing.elaboration import elaborate
 
     elaborated = elaborate(tree)
     view = semantics.view if semantics is not None else None

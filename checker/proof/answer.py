@@ -7,22 +7,22 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from checker.proof import messages
-from checker.proof.finding import Finding, worst_first
-from checker.proof.obligations import BY_NAME, OBLIGATIONS, discharge
-from checker.proof.prover import Prover
-from checker.proof.question import Settings
-from checker.proof.simulation import Relation, projection, refinement, retrieve
-from checker.verdict import BrokenObligation, Counterexample, Outcome, Verdict
-from cspm.diagnostics import ScriptError
-from cspm.messages.classes import unknown_class
-from cspm.oz import core, syntax
-from cspm.source import Span
-from cspm.spelling import suggestions
-from cspm.syntax import Assertion, NotAssertion
+from cspcheck.checker.proof import messages
+from cspcheck.checker.proof.finding import Finding, worst_first
+from cspcheck.checker.proof.obligations import BY_NAME, OBLIGATIONS, discharge
+from cspcheck.checker.proof.prover import Prover
+from cspcheck.checker.proof.question import Settings
+from cspcheck.checker.proof.simulation import Relation, projection, refinement, retrieve
+from cspcheck.checker.verdict import BrokenObligation, Counterexample, Outcome, Verdict
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.oz import core, syntax
+from cspcheck.cspm.oz.typing.messages import unknown_class
+from cspcheck.cspm.source import Span
+from cspcheck.cspm.spelling import suggestions
+from cspcheck.cspm.syntax.tree import Assertion, NotAssertion
 
 if TYPE_CHECKING:
-    from cspm.script import Script
+    from cspcheck.cspm.script import Script
 
 _MOST_OTHERS = 8
 

@@ -11,10 +11,10 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import product
 
-from cspm import syntax
-from cspm.oz.core import ClassModel, ProcessPart
-from cspm.oz.equations import defined_name
-from cspm.source import Span
+from cspcheck.cspm.oz.core import ClassModel, ProcessPart
+from cspcheck.cspm.oz.typing.equations import defined_name
+from cspcheck.cspm.source import Span
+from cspcheck.cspm.syntax import tree as syntax
 
 _DEEPEST = 20
 _MOST = 32

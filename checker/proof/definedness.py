@@ -1,8 +1,9 @@
 """Where a term is defined: functions are applied inside their domain, nothing is divided by zero, and so on.
 
-Logic is that of Kleene, as in :mod:`cspm.oz.evaluation`: a predicate that has a truth value whatever an undefined part
-of it might be has that value, whichever way round it is written. :meth:`Definedness.holding` turns a predicate into
-one that is defined everywhere and true exactly where the given one is defined and true; formulas are made from that.
+Logic is that of Kleene, as in :mod:`cspcheck.cspm.oz.values.evaluation`: a predicate that has a truth value whatever
+an undefined part of it might be has that value, whichever way round it is written. :meth:`Definedness.holding` turns
+a predicate into one that is defined everywhere and true exactly where the given one is defined and true; formulas are
+made from that.
 
 That every application is defined is an obligation of its own, for each :class:`Application` under what is known where
 it stands. A condition is a core term, so that it can be proved, evaluated and shown like any other.
@@ -13,8 +14,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from checker.proof.one_point import simplified
-from checker.proof.terms import (
+from cspcheck.checker.proof.one_point import simplified
+from cspcheck.checker.proof.terms import (
     TRUE,
     Unknown,
     all_of,
@@ -30,8 +31,8 @@ from checker.proof.terms import (
     quantified,
     universe,
 )
-from cspm.oz import core
-from cspm.oz.core import BOOL, INT, Apply, Binder, Constant, Term, Variable
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.core import BOOL, INT, Apply, Binder, Constant, Term, Variable
 
 
 @dataclass(frozen=True, slots=True)

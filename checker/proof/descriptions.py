@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from checker.proof.definedness import extreme
-from checker.proof.terms import TRUE, implication, member, quantified, universe, variables
-from cspm.oz import core
-from cspm.oz.core import BOOL, Apply, Comprehension, Term
-from cspm.oz.substitution import rebuilt
+from cspcheck.checker.proof.definedness import extreme
+from cspcheck.checker.proof.terms import TRUE, implication, member, quantified, universe, variables
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.core import BOOL, Apply, Comprehension, Term
+from cspcheck.cspm.oz.values.substitution import rebuilt
 
 _LOGICAL = ("not", "and", "or", "implies", "iff")
 

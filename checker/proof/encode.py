@@ -6,7 +6,7 @@ and bounded quantifiers are expanded.
 
 What has no exact formula (the cardinality of any set, a filtered sequence) becomes an uninterpreted function of the
 solver with facts that are true of it. A proof is therefore a proof; a model may be spurious, and is believed only
-after it has been replayed by :mod:`checker.proof.replay`.
+after it has been replayed by :mod:`cspcheck.checker.proof.replay`.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from itertools import product
 
 import z3
 
-from checker.proof import encode_functions, encode_numbers, encode_sequences, encode_sets, encoding_rules
-from checker.proof.encode_values import Values
-from checker.proof.encoding_rules import LARGEST_EXPANSION
-from checker.proof.one_point import eliminated
-from checker.proof.sorts import Expr, Unsupported, element_of, selected
-from checker.proof.terms import Key, Unknown, equal, key, quantified, substitute, variables
-from cspm.oz import core
-from cspm.oz.core import BOOL, Apply, Binder, Comprehension, Constant, Quantifier, Term, Variable
+from cspcheck.checker.proof import encode_functions, encode_numbers, encode_sequences, encode_sets, encoding_rules
+from cspcheck.checker.proof.encode_values import Values
+from cspcheck.checker.proof.encoding_rules import LARGEST_EXPANSION
+from cspcheck.checker.proof.one_point import eliminated
+from cspcheck.checker.proof.sorts import Expr, Unsupported, element_of, selected
+from cspcheck.checker.proof.terms import Key, Unknown, equal, key, quantified, substitute, variables
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.core import BOOL, Apply, Binder, Comprehension, Constant, Quantifier, Term, Variable
 
 RULES = (encode_numbers, encode_sets, encode_functions, encode_sequences)
 """The modules that say what operators mean; importing them fills the register."""

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 
 import z3
 
-from checker.proof.encode_sets import finite as finite_set
-from checker.proof.encoding_rules import LARGEST_EXPANSION, candidates, membership, value
-from checker.proof.one_point import is_universe
-from checker.proof.sorts import Expr, Unsupported, element_of, selected
-from checker.proof.terms import integer
-from cspm.oz import core
-from cspm.oz.core import Apply, Term
+from cspcheck.checker.proof.encode_sets import finite as finite_set
+from cspcheck.checker.proof.encoding_rules import LARGEST_EXPANSION, candidates, membership, value
+from cspcheck.checker.proof.one_point import is_universe
+from cspcheck.checker.proof.sorts import Expr, Unsupported, element_of, selected
+from cspcheck.checker.proof.terms import integer
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.core import Apply, Term
 
 if TYPE_CHECKING:
-    from checker.proof.encode import Encoder
+    from cspcheck.checker.proof.encode import Encoder
 
 
 def is_function(term: Term) -> bool:
@@ -65,7 +65,7 @@ def keys(e: Encoder, function: Term) -> list[Expr] | None:
             inner = function.operands[0]
             return keys(e, inner)
         case Apply(operator="sequence_to_function", operands=(sequence,)):
-            from checker.proof.encode_sequences import longest
+            from cspcheck.checker.proof.encode_sequences import longest
 
             length = longest(e, sequence)
             return None if length is None else [e.sorts.whole(i) for i in range(1, length + 1)]

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import z3
 
-from checker.proof.encode_functions import FINITE_CARRIERS, finite
-from checker.proof.encoding_rules import value
-from checker.proof.sorts import Expr, Unsupported
-from cspm.oz import core
-from cspm.oz.core import Apply, Constant
+from cspcheck.checker.proof.encode_functions import FINITE_CARRIERS, finite
+from cspcheck.checker.proof.encoding_rules import value
+from cspcheck.checker.proof.sorts import Expr, Unsupported
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.core import Apply, Constant
 
 if TYPE_CHECKING:
-    from checker.proof.encode import Encoder
+    from cspcheck.checker.proof.encode import Encoder
 
 
 @value("not")

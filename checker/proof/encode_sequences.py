@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import z3
 
-from checker.proof.encoding_rules import membership, value
-from checker.proof.one_point import is_universe
-from checker.proof.sorts import Expr, Unsupported, element_of, selected
-from cspm.oz import core
-from cspm.oz.core import Apply, Term
+from cspcheck.checker.proof.encoding_rules import membership, value
+from cspcheck.checker.proof.one_point import is_universe
+from cspcheck.checker.proof.sorts import Expr, Unsupported, element_of, selected
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.core import Apply, Term
 
 if TYPE_CHECKING:
-    from checker.proof.encode import Encoder
+    from cspcheck.checker.proof.encode import Encoder
 
 
 def _type(term: Term) -> core.SequenceType:

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import z3
 
-from checker.proof.encoding_rules import LARGEST_EXPANSION, candidates, membership, value
-from checker.proof.one_point import is_universe
-from checker.proof.sorts import Expr, Unsupported, element_of, selected
-from cspm.oz import core
-from cspm.oz.core import Apply, Constant, Term
+from cspcheck.checker.proof.encoding_rules import LARGEST_EXPANSION, candidates, membership, value
+from cspcheck.checker.proof.one_point import is_universe
+from cspcheck.checker.proof.sorts import Expr, Unsupported, element_of, selected
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.core import Apply, Constant, Term
 
 if TYPE_CHECKING:
-    from checker.proof.encode import Encoder
+    from cspcheck.checker.proof.encode import Encoder
 
 _LARGEST_RANGE = 64
 
@@ -202,7 +202,7 @@ def least(e: Encoder, term: Term) -> int | None:
 
 def greatest(e: Encoder, term: Term) -> int | None:
     """A number that an integer term is never above."""
-    from checker.proof.encode_sequences import longest
+    from cspcheck.checker.proof.encode_sequences import longest
 
     match term:
         case Constant(value=value):
@@ -307,7 +307,7 @@ def cardinality(e: Encoder, collection: Term) -> Expr:
             domains = [Apply(type=type_, operator="dom", operands=(part,)) for part in (old, new)]
             return cardinality(e, Apply(type=type_, operator="union", operands=tuple(domains)))
         case Apply(operator="dom", operands=(Apply(operator="function", operands=pairs),)):
-            from checker.proof.encode_functions import first_of
+            from cspcheck.checker.proof.encode_functions import first_of
 
             elements = tuple(first_of(pair) for pair in pairs)
             return cardinality(e, Apply(type=collection.type, operator="set", operands=elements))
@@ -382,7 +382,7 @@ def finite_array(e: Encoder, array: Expr, type_: core.SetType, values: list[Expr
 
 def finite(e: Encoder, term: Term) -> Expr:
     """That a set is finite, by the way that it is written."""
-    from checker.proof import encode_functions
+    from cspcheck.checker.proof import encode_functions
 
     assert isinstance(term.type, core.SetType)
     if e.candidates(term) is not None:

@@ -12,12 +12,12 @@ from itertools import product
 
 import z3
 
-from checker.proof.encoding_rules import LARGEST_EXPANSION
-from checker.proof.one_point import is_universe, simplified
-from checker.proof.sorts import Expr, Sort, Sorts, Unsupported, all_true, any_true, element_of, selected
-from checker.proof.terms import Key, key
-from cspm.oz import core
-from cspm.oz.core import BOOL, Apply, Constant, Term, Variable
+from cspcheck.checker.proof.encoding_rules import LARGEST_EXPANSION
+from cspcheck.checker.proof.one_point import is_universe, simplified
+from cspcheck.checker.proof.sorts import Expr, Sort, Sorts, Unsupported, all_true, any_true, element_of, selected
+from cspcheck.checker.proof.terms import Key, key
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.core import BOOL, Apply, Constant, Term, Variable
 
 _LARGEST_ENUMERATION = 32
 
@@ -25,7 +25,8 @@ _LARGEST_ENUMERATION = 32
 class Values:
     """The variables of one query, with all that the solver must know of values of their types.
 
-    The terms that their carriers are made of are put by :class:`checker.proof.encode.Encoder`, which is one of these.
+    The terms that their carriers are made of are put by :class:`cspcheck.checker.proof.encode.Encoder`, which is one
+    of these.
 
     Args:
         specification: that the terms belong to.

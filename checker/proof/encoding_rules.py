@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
-from checker.proof.sorts import Expr
-from cspm.oz.core import Apply
+from cspcheck.checker.proof.sorts import Expr
+from cspcheck.cspm.oz.core import Apply
 
 if TYPE_CHECKING:
-    from checker.proof.encode import Encoder
+    from cspcheck.checker.proof.encode import Encoder
 
 Value: TypeAlias = "Callable[[Encoder, Apply], Expr]"
 Membership: TypeAlias = "Callable[[Encoder, Expr, Apply], Expr]"

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from cspm.source import Span
+from cspcheck.cspm.source import Span
 
 Severity = Literal["error", "warning", "info"]
 """How much a refuted obligation matters: an error makes ``C :[obligations]`` fail."""

@@ -9,11 +9,16 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
-from checker.proof import obligations_domains, obligations_operations, obligations_outcomes, obligations_states
-from checker.proof.finding import Finding, Severity
-from checker.proof.prover import Prover, Report
-from checker.proof.question import Impossible
-from cspm.oz import core
+from cspcheck.checker.proof import (
+    obligations_domains,
+    obligations_operations,
+    obligations_outcomes,
+    obligations_states,
+)
+from cspcheck.checker.proof.finding import Finding, Severity
+from cspcheck.checker.proof.prover import Prover, Report
+from cspcheck.checker.proof.question import Impossible
+from cspcheck.cspm.oz import core
 
 Check: TypeAlias = Callable[[Prover, Report, core.Operation | None], Iterable[Finding]]
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from checker.proof.finding import Finding
-from checker.proof.prover import Prover, Report
-from checker.proof.question import Answer, Found, Part
-from checker.proof.terms import member, variables_of
-from cspm.oz.core import Operation, Term, Variable
-from cspm.oz.core_text import text, written
+from cspcheck.checker.proof.finding import Finding
+from cspcheck.checker.proof.prover import Prover, Report
+from cspcheck.checker.proof.question import Answer, Found, Part
+from cspcheck.checker.proof.terms import member, variables_of
+from cspcheck.cspm.oz.core import Operation, Term, Variable
+from cspcheck.cspm.oz.writing.core_text import text, written
 
 
 def applied_in_domain(prover: Prover, report: Report) -> Iterator[Finding]:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from checker.proof.finding import Finding
-from checker.proof.obligations_states import invariant_goals
-from checker.proof.one_point import is_universe
-from checker.proof.prover import Prover, Report
-from checker.proof.question import Impossible, Part
-from checker.proof.situation import parameter_variable, speaks_of, state_variable
-from checker.proof.terms import (
+from cspcheck.checker.proof.finding import Finding
+from cspcheck.checker.proof.obligations_states import invariant_goals
+from cspcheck.checker.proof.one_point import is_universe
+from cspcheck.checker.proof.prover import Prover, Report
+from cspcheck.checker.proof.question import Impossible, Part
+from cspcheck.checker.proof.situation import parameter_variable, speaks_of, state_variable
+from cspcheck.checker.proof.terms import (
     TRUE,
     Unknown,
     all_of,
@@ -21,10 +21,10 @@ from checker.proof.terms import (
     quantified,
     substitute,
 )
-from cspm.oz import core
-from cspm.oz.core import Apply, Declared, Operation, Term, Variable
-from cspm.oz.core_text import text, written
-from cspm.source import Span
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.core import Apply, Declared, Operation, Term, Variable
+from cspcheck.cspm.oz.writing.core_text import text, written
+from cspcheck.cspm.source import Span
 
 _TOTAL = ("fun", "inj", "surj", "bij")
 

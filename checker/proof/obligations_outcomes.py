@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from checker.proof.finding import Finding
-from checker.proof.one_point import simplified
-from checker.proof.prover import Prover, Report
-from checker.proof.question import Found, Impossible, Part
-from checker.proof.situation import parameter_variable, second, state_variable
-from checker.proof.terms import (
+from cspcheck.checker.proof.finding import Finding
+from cspcheck.checker.proof.one_point import simplified
+from cspcheck.checker.proof.prover import Prover, Report
+from cspcheck.checker.proof.question import Found, Impossible, Part
+from cspcheck.checker.proof.situation import parameter_variable, second, state_variable
+from cspcheck.checker.proof.terms import (
     FALSE,
     TRUE,
     all_of,
@@ -22,9 +22,9 @@ from checker.proof.terms import (
     negation,
     substitute,
 )
-from cspm.oz import core
-from cspm.oz.core import Apply, Constant, Construct, Operation, Term, Variable
-from cspm.oz.core_text import text, written
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.core import Apply, Constant, Construct, Operation, Term, Variable
+from cspcheck.cspm.oz.writing.core_text import text, written
 
 _MOST_VALUES = 32
 

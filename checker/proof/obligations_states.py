@@ -6,14 +6,36 @@ from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 
-from checker.proof.control import control_states
-from checker.proof.finding import Finding
-from checker.proof.prover import Prover, Report
-from checker.proof.question import Impossible, Part, Question
-from checker.proof.situation import Situation, parameter_variable, speaks_of
-from checker.proof.terms import FALSE, TRUE, Key, Unknown, all_of, any_of, bound_by, integer, quantified, substitute
-from cspm.oz.core import REAL, Apply, Constant, Construct, FreeType, Operation, SetType, Specification, Term, Variable
-from cspm.oz.core_text import text
+from cspcheck.checker.proof.control import control_states
+from cspcheck.checker.proof.finding import Finding
+from cspcheck.checker.proof.prover import Prover, Report
+from cspcheck.checker.proof.question import Impossible, Part, Question
+from cspcheck.checker.proof.situation import Situation, parameter_variable, speaks_of
+from cspcheck.checker.proof.terms import (
+    FALSE,
+    TRUE,
+    Key,
+    Unknown,
+    all_of,
+    any_of,
+    bound_by,
+    integer,
+    quantified,
+    substitute,
+)
+from cspcheck.cspm.oz.core import (
+    REAL,
+    Apply,
+    Constant,
+    Construct,
+    FreeType,
+    Operation,
+    SetType,
+    Specification,
+    Term,
+    Variable,
+)
+from cspcheck.cspm.oz.writing.core_text import text
 
 
 def axioms_consistent(prover: Prover, report: Report) -> Iterator[Finding]:

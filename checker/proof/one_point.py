@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from checker.proof.terms import (
+from cspcheck.checker.proof.terms import (
     FALSE,
     TRUE,
     Key,
@@ -27,9 +27,9 @@ from checker.proof.terms import (
     universe,
     variables,
 )
-from cspm.oz import core
-from cspm.oz.core import Apply, Constant, Field, Record, Term, Variable
-from cspm.oz.substitution import rebuilt
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.core import Apply, Constant, Field, Record, Term, Variable
+from cspcheck.cspm.oz.values.substitution import rebuilt
 
 _NUMERIC = (core.INT, core.REAL)
 

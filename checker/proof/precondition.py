@@ -13,14 +13,14 @@ from fractions import Fraction
 
 import z3
 
-from checker.proof.descriptions import plain
-from checker.proof.encode import Encoder
-from checker.proof.encode_functions import first_of
-from checker.proof.one_point import eliminated, simplified
-from checker.proof.prover import Prover
-from checker.proof.question import Impossible, Part
-from checker.proof.sorts import Expr, Unsupported
-from checker.proof.terms import (
+from cspcheck.checker.proof.descriptions import plain
+from cspcheck.checker.proof.encode import Encoder
+from cspcheck.checker.proof.encode_functions import first_of
+from cspcheck.checker.proof.one_point import eliminated, simplified
+from cspcheck.checker.proof.prover import Prover
+from cspcheck.checker.proof.question import Impossible, Part
+from cspcheck.checker.proof.sorts import Expr, Unsupported
+from cspcheck.checker.proof.terms import (
     TRUE,
     Unknown,
     all_of,
@@ -36,10 +36,10 @@ from checker.proof.terms import (
     substitute,
     variables_of,
 )
-from cspm.oz import core
-from cspm.oz.core import BOOL, Apply, Constant, Operation, Term, Variable
-from cspm.oz.core_text import text
-from cspm.oz.substitution import rebuilt
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.core import BOOL, Apply, Constant, Operation, Term, Variable
+from cspcheck.cspm.oz.values.substitution import rebuilt
+from cspcheck.cspm.oz.writing.core_text import text
 
 _QE_SECONDS = 5.0
 _MOST_CASES = 16

@@ -6,15 +6,15 @@ import time
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
-from checker.proof.finding import Finding, Severity, Status
-from checker.proof.question import Answer, Found, Impossible, NotUpTo, Part, Question, Settings, Unanswered
-from checker.proof.situation import Situation
-from checker.proof.solver import Solver
-from checker.proof.terms import all_of, negation
-from cspm.oz import core
-from cspm.oz.core import Term, Variable
-from cspm.oz.core_text import text, written
-from cspm.source import Span
+from cspcheck.checker.proof.finding import Finding, Severity, Status
+from cspcheck.checker.proof.question import Answer, Found, Impossible, NotUpTo, Part, Question, Settings, Unanswered
+from cspcheck.checker.proof.situation import Situation
+from cspcheck.checker.proof.solver import Solver
+from cspcheck.checker.proof.terms import all_of, negation
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.core import Term, Variable
+from cspcheck.cspm.oz.writing.core_text import text, written
+from cspcheck.cspm.source import Span
 
 
 class Prover:

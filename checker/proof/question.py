@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from cspm.oz.core import Term, Variable
-from cspm.source import Span
+from cspcheck.cspm.oz.core import Term, Variable
+from cspcheck.cspm.source import Span
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import z3
 
-from checker.proof.sorts import Expr, element_of, selected
-from checker.proof.terms import universe
-from cspm.oz import core
-from cspm.oz.core import Apply, Binder, Comprehension, Constant, Construct, Record, Term, Type, Variable
+from cspcheck.checker.proof.sorts import Expr, element_of, selected
+from cspcheck.checker.proof.terms import universe
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.core import Apply, Binder, Comprehension, Constant, Construct, Record, Term, Type, Variable
 
 if TYPE_CHECKING:
-    from checker.proof.encode import Encoder
+    from cspcheck.checker.proof.encode import Encoder
 
 LONGEST = 64
 """Sequences longer than this are not read."""

@@ -13,10 +13,10 @@ from enum import Enum
 from fractions import Fraction
 from typing import Any
 
-from checker.proof.terms import Key, renamed, universe
-from cspm.failure import Failure
-from cspm.oz import core
-from cspm.oz.core import Apply, Constant, Construct, Record, Term, Variable
+from cspcheck.checker.proof.terms import Key, renamed, universe
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.core import Apply, Constant, Construct, Record, Term, Variable
+from cspcheck.cspm.values.failure import Failure
 
 
 class Replayed(Enum):
@@ -43,7 +43,7 @@ class Replay:
         sizes: Mapping[str, int],
         values: Mapping[Variable, Term],
     ) -> None:
-        from cspm.oz.evaluation import Evaluator
+        from cspcheck.cspm.oz.values.evaluation import Evaluator
 
         # The script's own finite readings would make the predicates say something else.
         readings = tuple(_reading(name, size) for name, size in sizes.items())
@@ -58,7 +58,7 @@ class Replay:
 
     def holds(self, predicate: Term) -> Replayed:
         """Whether a predicate is defined and true at the values."""
-        from cspm.oz.evaluation import TooLarge, Unbounded, Undefined
+        from cspcheck.cspm.oz.values.evaluation import TooLarge, Unbounded, Undefined
 
         if self._unreadable:
             return Replayed.UNDECIDED
@@ -76,7 +76,7 @@ class Replay:
         Raises:
             ValueError: it has none that the evaluator knows: an infinite set or function.
         """
-        from cspm.oz.values import Construction, Element, Graph
+        from cspcheck.cspm.oz.values.values import Construction, Element, Graph
 
         match ground:
             case Constant(type=core.RealType(), value=value):
@@ -106,7 +106,7 @@ class Replay:
 
 
 def _reading(name: str, size: int) -> core.FiniteReading:
-    from cspm.source import Source
+    from cspcheck.cspm.source import Source
 
     subject = universe(core.GivenType(name))
     return core.FiniteReading(

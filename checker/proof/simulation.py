@@ -14,11 +14,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
-from checker.proof.finding import Finding
-from checker.proof.prover import Prover, values_of
-from checker.proof.question import Answer, Found, Impossible, NotUpTo, Part, Settings, Unanswered
-from checker.proof.situation import Situation, parameter_variable, state_variable
-from checker.proof.terms import (
+from cspcheck.checker.proof.finding import Finding
+from cspcheck.checker.proof.prover import Prover, values_of
+from cspcheck.checker.proof.question import Answer, Found, Impossible, NotUpTo, Part, Settings, Unanswered
+from cspcheck.checker.proof.situation import Situation, parameter_variable, state_variable
+from cspcheck.checker.proof.terms import (
     TRUE,
     Key,
     Unknown,
@@ -33,10 +33,10 @@ from checker.proof.terms import (
     substitute,
     variables,
 )
-from cspm.oz import core
-from cspm.oz.core import ClassModel, Declared, Operation, Parameter, Term, Variable
-from cspm.oz.core_text import text
-from cspm.source import Span
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.core import ClassModel, Declared, Operation, Parameter, Term, Variable
+from cspcheck.cspm.oz.writing.core_text import text
+from cspcheck.cspm.source import Span
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,9 +6,9 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Literal
 
-from checker.proof.one_point import is_universe
-from checker.proof.question import Part
-from checker.proof.terms import (
+from cspcheck.checker.proof.one_point import is_universe
+from cspcheck.checker.proof.question import Part
+from cspcheck.checker.proof.terms import (
     TRUE,
     Key,
     Unknown,
@@ -23,8 +23,8 @@ from checker.proof.terms import (
     substitute,
     variables_of,
 )
-from cspm.oz import core
-from cspm.oz.core import Declared, Operation, Parameter, Role, Term, Variable
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.core import Declared, Operation, Parameter, Role, Term, Variable
 
 When = Literal["before", "after"]
 

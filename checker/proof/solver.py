@@ -8,17 +8,17 @@ from dataclasses import dataclass
 
 import z3
 
-from checker.proof.definedness import Definedness
-from checker.proof.descriptions import extremes_exist, plain
-from checker.proof.encode import Encoder
-from checker.proof.one_point import eliminated, simplified, taken_apart
-from checker.proof.question import Answer, Found, Impossible, NotUpTo, Part, Question, Settings, Unanswered
-from checker.proof.read_back import Reader, Unreadable
-from checker.proof.replay import Replay, Replayed
-from checker.proof.sorts import Expr, Unsupported
-from checker.proof.terms import Key, Unknown, is_false, is_true, substitute, universe, variables_of
-from cspm.oz import core
-from cspm.oz.core import Term, Variable
+from cspcheck.checker.proof.definedness import Definedness
+from cspcheck.checker.proof.descriptions import extremes_exist, plain
+from cspcheck.checker.proof.encode import Encoder
+from cspcheck.checker.proof.one_point import eliminated, simplified, taken_apart
+from cspcheck.checker.proof.question import Answer, Found, Impossible, NotUpTo, Part, Question, Settings, Unanswered
+from cspcheck.checker.proof.read_back import Reader, Unreadable
+from cspcheck.checker.proof.replay import Replay, Replayed
+from cspcheck.checker.proof.sorts import Expr, Unsupported
+from cspcheck.checker.proof.terms import Key, Unknown, is_false, is_true, substitute, universe, variables_of
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.core import Term, Variable
 
 _SMALL = (3, 10, 100)
 """Counterexamples are looked for with numbers up to these first."""

@@ -22,7 +22,7 @@ from typing import Any, TypeAlias
 
 import z3
 
-from cspm.oz import core
+from cspcheck.cspm.oz import core
 
 Expr: TypeAlias = Any
 Sort: TypeAlias = Any

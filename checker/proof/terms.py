@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from itertools import count
 from typing import TypeAlias
 
-from cspm.oz import core
-from cspm.oz.core import BOOL, Apply, Binder, Constant, Quantifier, Term, Variable
-from cspm.oz.core_text import written
-from cspm.oz.substitution import rebuilt
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.core import BOOL, Apply, Binder, Constant, Quantifier, Term, Variable
+from cspcheck.cspm.oz.values.substitution import rebuilt
+from cspcheck.cspm.oz.writing.core_text import written
 
 Key: TypeAlias = tuple[str, str]
 """A variable as it is looked up: name and role."""

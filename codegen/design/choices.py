@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from codegen import messages
-from codegen.design.expressions import OR, TERNARY, Expressions, constant, flattened
-from codegen.design.naming import snake, unique
-from codegen.design.pieces import (
+from cspcheck.codegen import messages
+from cspcheck.codegen.design.expressions import OR, TERNARY, Expressions, constant, flattened
+from cspcheck.codegen.design.naming import snake, unique
+from cspcheck.codegen.design.pieces import (
     DEEPEST,
     RESERVED,
     WIDTH,
@@ -26,9 +26,9 @@ from codegen.design.pieces import (
     mentioned,
     unwrapped,
 )
-from cspm import syntax
-from cspm.diagnostics import ScriptError
-from cspm.names_symbols import Symbol, SymbolKind
+from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
 
 
 class Choices:

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from codegen import messages
-from codegen.design.classes import OperationDesign
-from codegen.design.expressions import Expressions
-from codegen.design.pieces import InternalChoice, State, Use
-from codegen.design.tasks import Processes
-from codegen.quoting import literal, literals
-from cspm.diagnostics import ScriptError
-from cspm.names_symbols import Symbol
-from cspm.oz import core
-from cspm.script import Script
+from cspcheck.codegen import messages
+from cspcheck.codegen.design.classes import OperationDesign
+from cspcheck.codegen.design.expressions import Expressions
+from cspcheck.codegen.design.pieces import InternalChoice, State, Use
+from cspcheck.codegen.design.tasks import Processes
+from cspcheck.codegen.quoting import literal, literals
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.naming.symbols import Symbol
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.script import Script
 
 
 class ClassProcesses(Processes):

@@ -10,20 +10,20 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from codegen import messages
-from codegen.design.data import Data
-from codegen.design.expressions import AND, TERNARY
-from codegen.design.naming import safe, snake, unique
-from codegen.design.pieces import RESERVED as TASK_RESERVED, Lines
-from codegen.design.predicates import Key, Terms, keys_in, ways
-from codegen.quoting import literal, phrase
-from cspm.diagnostics import ScriptError
-from cspm.oz import core
-from cspm.oz.evaluation import Evaluator
-from cspm.oz.nodes import CarrierSet
-from cspm.oz.substitution import substituted
-from cspm.oz.terms import primed, shape, show_term
-from cspm.script import Script
+from cspcheck.codegen import messages
+from cspcheck.codegen.design.data import Data
+from cspcheck.codegen.design.expressions import AND, TERNARY
+from cspcheck.codegen.design.naming import safe, snake, unique
+from cspcheck.codegen.design.pieces import RESERVED as TASK_RESERVED, Lines
+from cspcheck.codegen.design.predicates import Key, Terms, keys_in, ways
+from cspcheck.codegen.quoting import literal, phrase
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.values.evaluation import Evaluator
+from cspcheck.cspm.oz.processes.nodes import CarrierSet
+from cspcheck.cspm.oz.values.substitution import substituted
+from cspcheck.cspm.oz.values.terms import primed, shape, show_term
+from cspcheck.cspm.script import Script
 
 RESERVED = frozenset(
     {"initial", "invariant", "allows", "assignments", "anything", "snapshot", "restore", "after", "self"}

@@ -6,20 +6,20 @@ from collections.abc import Hashable, Sequence
 from fractions import Fraction
 from typing import Any
 
-from codegen import messages, runtime
-from codegen.design.naming import camel, safe, unique, upper
-from codegen.quoting import literal, phrase
-from cspm import types
-from cspm.diagnostics import ScriptError
-from cspm.dots import Constructor, Dotted, Event
-from cspm.events import FieldDomain
-from cspm.names_symbols import Symbol, SymbolKind
-from cspm.oz import core
-from cspm.script import Script
-from cspm.sets import Set
-from cspm.source import Span
-from cspm.values import Boolean, Sequence as CspSequence
-from cspm.values_text import show
+from cspcheck.codegen import messages, runtime
+from cspcheck.codegen.design.naming import camel, safe, unique, upper
+from cspcheck.codegen.quoting import literal, phrase
+from cspcheck.cspm.typing import types
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.values.dots import Constructor, Dotted, Event
+from cspcheck.cspm.process.events import FieldDomain
+from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.script import Script
+from cspcheck.cspm.values.sets import Set
+from cspcheck.cspm.source import Span
+from cspcheck.cspm.values.values import Boolean, Sequence as CspSequence
+from cspcheck.cspm.values.text import show
 
 INTEGERS_LISTED = 8
 """So many integers that are no range are listed in a type without a name."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from codegen.design.classes import ClassDesign
-from codegen.design.data import Data
-from codegen.design.pieces import State
-from codegen.design.timing import Timing
+from cspcheck.codegen.design.classes import ClassDesign
+from cspcheck.codegen.design.data import Data
+from cspcheck.codegen.design.pieces import State
+from cspcheck.codegen.design.timing import Timing
 
 
 @dataclass

@@ -11,10 +11,10 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from codegen import messages
-from cspm.diagnostics import ScriptError
-from cspm.events import Channel, EventSet, EventTable
-from cspm.process import (
+from cspcheck.codegen import messages
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.process.events import Channel, EventSet, EventTable
+from cspcheck.cspm.process.terms import (
     AlphabetisedParallel,
     Buffer,
     Chaos,
@@ -40,7 +40,7 @@ from cspm.process import (
     SynchronisingInterrupt,
     Throw,
 )
-from cspm.process_text import describe
+from cspcheck.cspm.process.text import describe
 
 Group = frozenset[int]
 """Leaves, by position, that perform an event together."""

@@ -7,8 +7,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Literal
 
-from cspm import syntax
-from cspm.names_symbols import Names, Symbol
+from cspcheck.cspm.naming.symbols import Names, Symbol
+from cspcheck.cspm.syntax import tree as syntax
 
 InternalChoice = Literal["refuse", "policy"]
 WIDTH = 112

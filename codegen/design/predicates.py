@@ -1,8 +1,8 @@
 """Predicates and terms of Object-Z as expressions of Python.
 
 Integers are ``int``, reals ``float``, sequences ``tuple`` (numbered from 1 in Z, from 0 in Python), sets ``frozenset``,
-elements of given and free types members of enumerations or :class:`~codegen.runtime.Tagged`. What has no counterpart
-here (functions, relations, bags, infinite sets as values) is refused with its place.
+elements of given and free types members of enumerations or :class:`~cspcheck.codegen.runtime.Tagged`. What has no
+counterpart here (functions, relations, bags, infinite sets as values) is refused with its place.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 
-from codegen import messages
-from codegen.design.expressions import (
+from cspcheck.codegen import messages
+from cspcheck.codegen.design.expressions import (
     ADD,
     AND,
     ATOM,
@@ -25,12 +25,12 @@ from codegen.design.expressions import (
     Code,
     bracketed,
 )
-from codegen.design.naming import safe
-from cspm.diagnostics import ScriptError
-from cspm.oz import core
-from cspm.oz.solving import Instead, isolated
-from cspm.oz.terms import show_term
-from cspm.source import Span
+from cspcheck.codegen.design.naming import safe
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.values.solving import Instead, isolated
+from cspcheck.cspm.oz.values.terms import show_term
+from cspcheck.cspm.source import Span
 
 _INFIX: dict[str, tuple[str, int]] = {
     "less": ("<", COMPARE),

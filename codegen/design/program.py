@@ -5,26 +5,27 @@ from __future__ import annotations
 import sys
 from typing import Any
 
-from codegen import messages, runtime
-from codegen.design.class_tasks import ClassProcesses, main_of, operation_arguments
-from codegen.design.classes import Classes, OperationDesign
-from codegen.design.data import Data
-from codegen.design.expressions import Expressions
-from codegen.design.model import ChannelDesign, ClassPart, Design, Instance, MethodDesign, TaskDesign
-from codegen.design.naming import camel, snake, unique
-from codegen.design.network import Group, Leaf, Network, Wire, network
-from codegen.design.pieces import InternalChoice, Lines, Method, NeedsStates, Plain, State, Use
-from codegen.design.tasks import Processes
-from codegen.design.timing import Timing, timings
-from codegen.quoting import literal, literals, phrase
-from cspm import syntax, types
-from cspm.diagnostics import ScriptError
-from cspm.events import Channel
-from cspm.names_symbols import Symbol, SymbolKind
-from cspm.oz import core
-from cspm.oz.nodes import CarrierSet
-from cspm.process import Reference
-from cspm.script import Script
+from cspcheck.codegen import messages, runtime
+from cspcheck.codegen.design.class_tasks import ClassProcesses, main_of, operation_arguments
+from cspcheck.codegen.design.classes import Classes, OperationDesign
+from cspcheck.codegen.design.data import Data
+from cspcheck.codegen.design.expressions import Expressions
+from cspcheck.codegen.design.model import ChannelDesign, ClassPart, Design, Instance, MethodDesign, TaskDesign
+from cspcheck.codegen.design.naming import camel, snake, unique
+from cspcheck.codegen.design.network import Group, Leaf, Network, Wire, network
+from cspcheck.codegen.design.pieces import InternalChoice, Lines, Method, NeedsStates, Plain, State, Use
+from cspcheck.codegen.design.tasks import Processes
+from cspcheck.codegen.design.timing import Timing, timings
+from cspcheck.codegen.quoting import literal, literals, phrase
+from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.typing import types
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.process.events import Channel
+from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.processes.nodes import CarrierSet
+from cspcheck.cspm.process.terms import Reference
+from cspcheck.cspm.script import Script
 
 RESERVED_MODULES = sys.stdlib_module_names | {"channels", "data_types", "functions", "main", "runtime", "tests"}
 """Names of other modules: a module of the program that is called like one of them would hide it, or be it."""

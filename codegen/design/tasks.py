@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from codegen import messages
-from codegen.design.choices import Choices
-from codegen.design.naming import snake, unique
-from codegen.design.expressions import constant
-from codegen.design.pieces import Lines, NeedsStates, State, bare, is_simple, unwrapped
-from cspm import syntax
-from cspm.diagnostics import ScriptError
-from cspm.names_symbols import Symbol, SymbolKind
+from cspcheck.codegen import messages
+from cspcheck.codegen.design.choices import Choices
+from cspcheck.codegen.design.naming import snake, unique
+from cspcheck.codegen.design.expressions import constant
+from cspcheck.codegen.design.pieces import Lines, NeedsStates, State, bare, is_simple, unwrapped
+from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
 
 
 class Processes(Choices):

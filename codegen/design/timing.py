@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from codegen import messages
-from cspm import syntax
-from cspm.diagnostics import ScriptError
+from cspcheck.codegen import messages
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.syntax import tree as syntax
 
 _COMMENT = re.compile(r"^(?:--|\{-)\s*task\s+([A-Za-z_]\w*)\s*:\s*(.*?)\s*(?:-\})?$", re.DOTALL)
 _TIME = re.compile(r"^(\d+(?:\.\d+)?)\s*(ms|s|min)$")

@@ -21,9 +21,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from codegen import messages
-from codegen.emit.project import RUNTIME, Project
-from cspm.diagnostics import Diagnostic, ScriptError
+from cspcheck.codegen import messages
+from cspcheck.codegen.emit.project import RUNTIME, Project
+from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
 
 LIST = ".cspcheck-gen.json"
 _PLAIN = re.compile(rf"(?:{RUNTIME}/)?\w[\w.-]*")

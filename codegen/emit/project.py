@@ -10,9 +10,9 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-from codegen import quoting, runtime
-from codegen.design.model import Design, MethodDesign, TaskDesign
-from codegen.design.naming import camel
+from cspcheck.codegen import quoting, runtime
+from cspcheck.codegen.design.model import Design, MethodDesign, TaskDesign
+from cspcheck.codegen.design.naming import camel
 
 WIDTH = 120
 RUNTIME = "runtime"
@@ -48,7 +48,7 @@ def environment() -> Any:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     made = Environment(
-        loader=PackageLoader("codegen", "templates"),
+        loader=PackageLoader("cspcheck.codegen", "templates"),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,

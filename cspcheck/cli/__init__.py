@@ -168,7 +168,7 @@ def _wrong_usage(error: click.UsageError) -> int:
 
 def _stopped(error: Exception, given: list[str]) -> int:
     """An exception that ended a verb: wrong files and scripts, or a mistake of ours."""
-    from cspm.diagnostics import ScriptError
+    from cspcheck.cspm.diagnostics import ScriptError
 
     if isinstance(error, ScriptError):
         _tell(*error.diagnostics)

@@ -23,11 +23,11 @@ def command(**options: Any) -> None:
     """
     from cspcheck.checking import Settings, load
     from cspcheck.cli.streams import Remarks, output_to
+    from cspcheck.cspm.diagnostics import ScriptError
     from cspcheck.exporting import plain_text
     from cspcheck.report.diagnostics import render_diagnostics
     from cspcheck.report.style import style_for
     from cspcheck.result import Exit
-    from cspm.diagnostics import ScriptError
 
     settings = Settings(definitions=dict(options["definitions"]), view=options["view"], outputs=options["outputs"])
     try:

@@ -10,8 +10,8 @@ from pathlib import Path
 import click
 
 from cspcheck.cli.streams import StandardOutput
+from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.messages import unknown_example, would_overwrite
-from cspm.diagnostics import ScriptError
 
 
 def _names(ctx: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:

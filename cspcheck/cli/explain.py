@@ -7,8 +7,8 @@ from typing import Any
 
 import click
 
+from cspcheck.cspm.diagnostics import Mistake
 from cspcheck.report.style import Style, style_for
-from cspm.diagnostics import Mistake
 
 
 def _codes(ctx: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
@@ -28,9 +28,9 @@ def command(codes: tuple[str, ...], color: Any) -> None:
     import sys
 
     from cspcheck.cli.streams import StandardOutput
+    from cspcheck.cspm.diagnostics import ScriptError
     from cspcheck.messages import unknown_code
     from cspcheck.register import all_mistakes, close_codes, find
-    from cspm.diagnostics import ScriptError
 
     style = style_for(sys.stdout, color)
     say = StandardOutput().write

@@ -27,12 +27,12 @@ def command(files: tuple[str, ...], in_place: bool, check: bool, diff: bool, col
     """
     from cspcheck.checking import STDIN_NAME, read
     from cspcheck.cli.streams import Remarks, StandardOutput, replace_text
+    from cspcheck.cspm.diagnostics import ScriptError
+    from cspcheck.cspm.printing.formatter import format_source
     from cspcheck.report.diagnostics import render_diagnostics
     from cspcheck.report.style import style_for
     from cspcheck.result import Exit
     from cspcheck.selection import STDIN
-    from cspm.diagnostics import ScriptError
-    from cspm.formatter import format_source
 
     say = StandardOutput().write
     remarks = Remarks()
@@ -85,8 +85,8 @@ def _encoding(path: str, original: bytes) -> str:
     Raises:
         ScriptError: the file is in neither, and would lose something.
     """
+    from cspcheck.cspm.diagnostics import ScriptError
     from cspcheck.messages import cannot_write
-    from cspm.diagnostics import ScriptError
 
     for encoding in ("utf-8", "cp1252"):
         try:

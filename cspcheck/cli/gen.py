@@ -30,17 +30,17 @@ def command(**options: Any) -> None:
     FILE is a script; what is composed in parallel in it becomes tasks. Generated files are written anew each time; the
     files that end in `_methods.py` are yours and are written once.
     """
-    from codegen.design.program import candidates, design
-    from codegen.emit.keeping import orphans, write
-    from codegen.emit.project import project
-    from codegen.messages import no_process
     from cspcheck.checking import Settings, load
     from cspcheck.cli.streams import Remarks, StandardOutput
+    from cspcheck.codegen.design.program import candidates, design
+    from cspcheck.codegen.emit.keeping import orphans, write
+    from cspcheck.codegen.emit.project import project
+    from cspcheck.codegen.messages import no_process
+    from cspcheck.cspm.diagnostics import ScriptError
     from cspcheck.messages import cannot_write
     from cspcheck.report.diagnostics import render_diagnostics
     from cspcheck.report.style import style_for
     from cspcheck.result import Exit
-    from cspm.diagnostics import ScriptError
 
     remarks = Remarks()
     say = StandardOutput().write

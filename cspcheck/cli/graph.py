@@ -9,13 +9,13 @@ import click
 
 from cspcheck.cli import finish
 from cspcheck.cli.options import ConfiguredCommand, defined_names, definitions, script_options
+from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.messages import no_counterexample, too_large_to_draw, unknown_picture_format
-from cspm.diagnostics import ScriptError
 
 if TYPE_CHECKING:
     from cspcheck.checking import Settings
+    from cspcheck.cspm.script import Script
     from cspcheck.drawing.picture import Picture
-    from cspm.script import Script
 
 MOST_STATES = 300
 FORMATS = (".svg", ".html", ".dot")
@@ -73,10 +73,10 @@ def _rendered(picture: Picture, suffix: str) -> str:
 
 
 def _machine(script: Script, text: str, most: int) -> Picture:
-    from checker.transitions import LimitReached, explore
-    from checker.verdict import Limits
+    from cspcheck.checker.semantics.transitions import LimitReached, explore
+    from cspcheck.checker.verdict import Limits
+    from cspcheck.cspm.process.text import describe
     from cspcheck.drawing.machines import machine_picture
-    from cspm.process_text import describe
 
     try:
         lts, terms = explore(script.process(text), Limits(states=most))
@@ -86,9 +86,9 @@ def _machine(script: Script, text: str, most: int) -> Picture:
 
 
 def _architecture(script: Script, text: str) -> Picture:
-    from checker.composition import Compiler
-    from checker.growth import LimitReached
-    from checker.verdict import Limits
+    from cspcheck.checker.network.compiler import Compiler
+    from cspcheck.checker.semantics.growth import LimitReached
+    from cspcheck.checker.verdict import Limits
     from cspcheck.drawing.machines import architecture_picture, without_priority
 
     process = script.process(text)

@@ -23,13 +23,13 @@ def command(file: str, output: str | None, text: bool, symbols: bool, color: Any
     """
     from cspcheck.checking import read
     from cspcheck.cli.streams import Remarks, output_to
+    from cspcheck.cspm.diagnostics import ScriptError
+    from cspcheck.cspm.oz.writing.latex_writer import write_latex
+    from cspcheck.cspm.parsing.reading import parse_alone
+    from cspcheck.cspm.printing.printer import print_script
     from cspcheck.report.diagnostics import render_diagnostics
     from cspcheck.report.style import style_for
     from cspcheck.result import Exit
-    from cspm.diagnostics import ScriptError
-    from cspm.oz.latex_writer import write_latex
-    from cspm.parser import parse_alone
-    from cspm.printer import print_script
 
     remarks = Remarks()
     code = Exit.OK

@@ -194,9 +194,9 @@ script_options = _all(
 def defined_names(ctx: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
     """For a shell: the names that the script of the command line defines, as far as it can be read."""
     from cspcheck.checking import read
-    from cspm import syntax
-    from cspm.diagnostics import ScriptError
-    from cspm.parser import parse
+    from cspcheck.cspm.diagnostics import ScriptError
+    from cspcheck.cspm.parsing.reading import parse
+    from cspcheck.cspm.syntax import tree as syntax
 
     try:
         tree = parse(read(ctx.params["file"]))

@@ -14,10 +14,10 @@ from cspcheck.cli.options import ConfiguredCommand, color_option, defined_names,
 if TYPE_CHECKING:
     from cspcheck.checking import Settings
     from cspcheck.cli.probe_commands import Commands
+    from cspcheck.cspm.script import Script
     from cspcheck.probing import Probe
     from cspcheck.report.style import Style
     from cspcheck.result import Result
-    from cspm.script import Script
 
 PROMPT = "> "
 
@@ -64,9 +64,9 @@ def _process(settings: Settings, options: dict[str, Any]) -> Probe:
 def _counterexample(settings: Settings, options: dict[str, Any]) -> tuple[Probe, Result]:
     """The process of the assertion that ``--at`` names, with the run of its counterexample, and the answer."""
     from cspcheck import checking
+    from cspcheck.cspm.diagnostics import ScriptError
     from cspcheck.messages import no_assertion_there, no_counterexample
     from cspcheck.selection import select
-    from cspm.diagnostics import ScriptError
 
     if options["process"] is not None:
         raise click.UsageError("with --at the assertion says what is probed: leave PROCESS out")

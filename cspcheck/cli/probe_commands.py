@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.spelling import suggestions
 from cspcheck.probing import NoSuchStep, Probe, Step, step_name
 from cspcheck.quantities import count
 from cspcheck.report.diagnostics import render_diagnostics
@@ -12,8 +14,6 @@ from cspcheck.report.probe import MOST_STEPS, show_point, show_term, show_trace
 from cspcheck.report.sentences import as_sentence, why
 from cspcheck.report.style import Style, wrapped
 from cspcheck.result import Result
-from cspm.diagnostics import ScriptError
-from cspm.spelling import suggestions
 
 WALK = 10
 """Steps of a random walk where no number is given."""

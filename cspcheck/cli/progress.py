@@ -12,7 +12,7 @@ from cspcheck.quantities import show_bytes
 from cspcheck.report.style import Style, harmless
 
 if TYPE_CHECKING:
-    from checker.search import Progress
+    from cspcheck.checker.search.exploration import Progress
 
 FIRST = 1.0
 """Seconds before anything is shown."""

@@ -20,10 +20,10 @@ from cspcheck.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from checker.proof.finding import Finding
+    from cspcheck.checker.proof.finding import Finding
+    from cspcheck.cspm.oz import core
+    from cspcheck.cspm.script import Script
     from cspcheck.report.prove import Listing
-    from cspm.oz import core
-    from cspm.script import Script
 
 FORMATS = ("full", "json")
 
@@ -46,8 +46,8 @@ def command(**options: Any) -> None:
     FILE is a script, a folder (the scripts below it), or `-` for standard input. Exit codes: 0 everything that counts
     is proved; 1 something is refuted; 3 something is not decided; 5 there is nothing to prove.
     """
-    from checker.proof.question import Settings
     from cspcheck import checking
+    from cspcheck.checker.proof.question import Settings
     from cspcheck.cli.streams import output_to
     from cspcheck.report.prove import Document, FullListing
     from cspcheck.report.style import style_for
@@ -82,7 +82,7 @@ def command(**options: Any) -> None:
 
 def _classes(specification: core.Specification, options: dict[str, Any]) -> Iterator[core.ClassModel]:
     """The classes that are meant."""
-    from checker.proof.answer import class_of, operation_of
+    from cspcheck.checker.proof.answer import class_of, operation_of
 
     owner = options["owner"]
     wanted = options["operation"] or options["precondition"]
@@ -97,9 +97,9 @@ def _classes(specification: core.Specification, options: dict[str, Any]) -> Iter
 
 
 def _findings(script: Script, options: dict[str, Any], settings: Any) -> Iterator[Finding]:
-    from checker.proof.answer import obligation_names, operation_of, specification_of, whole_refinement
-    from checker.proof.obligations import discharge
-    from checker.proof.prover import Prover
+    from cspcheck.checker.proof.answer import obligation_names, operation_of, specification_of, whole_refinement
+    from cspcheck.checker.proof.obligations import discharge
+    from cspcheck.checker.proof.prover import Prover
 
     specification = specification_of(script)
     names = obligation_names(options["obligation"], None)
@@ -112,9 +112,9 @@ def _findings(script: Script, options: dict[str, Any], settings: Any) -> Iterato
 
 
 def _preconditions(script: Script, options: dict[str, Any], settings: Any, listing: Listing) -> None:
-    from checker.proof.answer import operation_of, specification_of
-    from checker.proof.precondition import precondition
-    from checker.proof.prover import Prover
+    from cspcheck.checker.proof.answer import operation_of, specification_of
+    from cspcheck.checker.proof.precondition import precondition
+    from cspcheck.checker.proof.prover import Prover
 
     specification = specification_of(script)
     for model in _classes(specification, options):
@@ -125,8 +125,8 @@ def _preconditions(script: Script, options: dict[str, Any], settings: Any, listi
 
 def _keep(folder: str, queries: Iterable[tuple[str, str]]) -> None:
     """Write the queries, a file each."""
+    from cspcheck.cspm.diagnostics import ScriptError
     from cspcheck.messages import cannot_write
-    from cspm.diagnostics import ScriptError
 
     try:
         os.makedirs(folder, exist_ok=True)

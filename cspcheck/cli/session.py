@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING
 from cspcheck.cli.interrupt import Interrupts
 from cspcheck.cli.progress import Heartbeat, ProgressLine
 from cspcheck.cli.streams import Remarks
+from cspcheck.cspm.diagnostics import Diagnostic, ScriptError, Severity
 from cspcheck.failure import InternalErrors
 from cspcheck.messages import empty_folder, no_assertions, nothing_selected
 from cspcheck.report.style import ColorChoice, is_terminal, style_for
 from cspcheck.result import Exit, Result, Summary, exit_of, worst
 from cspcheck.selection import EmptyFolder, Pattern, Target, select
-from cspm.diagnostics import Diagnostic, ScriptError, Severity
 
 if TYPE_CHECKING:
     from cspcheck.checking import Settings
+    from cspcheck.cspm.script import Assertion, Script
     from cspcheck.report import Report
-    from cspm.script import Assertion, Script
 
 
 class Session:

@@ -10,8 +10,8 @@ import tempfile
 from types import TracebackType
 from typing import Protocol, Self, TextIO
 
+from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.messages import cannot_write
-from cspm.diagnostics import ScriptError
 
 
 class Output(Protocol):

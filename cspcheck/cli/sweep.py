@@ -47,6 +47,7 @@ def command(**options: Any) -> None:
     from cspcheck import __version__
     from cspcheck.cli.session import Session
     from cspcheck.cli.streams import Remarks, output_to
+    from cspcheck.cspm.diagnostics import ScriptError
     from cspcheck.messages import nothing_to_sweep
     from cspcheck.report.diagnostics import render_diagnostics
     from cspcheck.report.style import style_for
@@ -54,7 +55,6 @@ def command(**options: Any) -> None:
     from cspcheck.result import Exit, worst
     from cspcheck.selection import Pattern, targets
     from cspcheck.sweeping import Swept, combinations, parse_sweep, varying
-    from cspm.diagnostics import ScriptError
 
     try:
         sweeps = [parse_sweep(name, text) for name, text in dict(options["definitions"]).items()]

@@ -28,13 +28,13 @@ def command(**options: Any) -> None:
     """
     from cspcheck.checking import Settings, load
     from cspcheck.cli.streams import Remarks, StandardOutput
+    from cspcheck.cspm.diagnostics import ScriptError
     from cspcheck.following import Follower, TooManyStates
     from cspcheck.messages import cannot_read, too_many_at_a_time
     from cspcheck.report.diagnostics import render_diagnostics
     from cspcheck.report.style import style_for
     from cspcheck.result import Exit
     from cspcheck.runs import follow, read_records
-    from cspm.diagnostics import ScriptError
 
     remarks = Remarks()
     say = StandardOutput().write

@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from checker.head_normal import with_active
-from checker.lts import Lts
-from checker.network import Network
-from checker.running import distinct_names
+from cspcheck.checker.explain.running import distinct_names
+from cspcheck.checker.lts import Lts
+from cspcheck.checker.network.network import Network
+from cspcheck.checker.semantics.head_normal import with_active
+from cspcheck.cspm.process.events import TAU, TICK, EventTable
+from cspcheck.cspm.process.terms import Compressed, Hide, Prioritised, Process, Project, Reference, Rename
 from cspcheck.drawing.picture import Edge, EdgeKind, Node, Picture, folded
-from cspm.events import TAU, TICK, EventTable
-from cspm.process import Compressed, Hide, Prioritised, Process, Project, Reference, Rename
 
 
 def machine_picture(title: str, lts: Lts, events: EventTable, describe: Callable[[int], str] | None = None) -> Picture:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from html import escape
 from itertools import zip_longest
 
-from checker.verdict import Counterexample
+from cspcheck.checker.verdict import Counterexample
 from cspcheck.drawing.svg import BASELINE, LINE_HEIGHT, document, text_width
 from cspcheck.report.steps import step_text
 

@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Literal, Protocol, get_args
 
 if TYPE_CHECKING:
+    from cspcheck.cspm.diagnostics import Diagnostic
     from cspcheck.report.style import Style
     from cspcheck.result import Result, Summary
-    from cspm.diagnostics import Diagnostic
 
 Format = Literal["full", "concise", "json", "jsonl", "junit", "github"]
 FORMATS: tuple[Format, ...] = get_args(Format)

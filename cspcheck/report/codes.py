@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from itertools import groupby
 
+from cspcheck.cspm.diagnostics import Mistake
 from cspcheck.register import PHASES, all_mistakes
-from cspm.diagnostics import Mistake
 
 _HEAD = """\
 # Codes

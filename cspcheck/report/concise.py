@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
+from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.report.sentences import sentence
 from cspcheck.report.style import harmless
 from cspcheck.result import Result, Summary
-from cspm.diagnostics import Diagnostic
 
 
 class ConciseReport:

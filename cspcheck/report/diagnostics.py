@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from cspcheck.cspm.diagnostics import Diagnostic, Severity
 from cspcheck.report.excerpt import Mark, excerpt
 from cspcheck.report.style import Style, harmless
-from cspm.diagnostics import Diagnostic, Severity
 
 
 def render_diagnostic(diagnostic: Diagnostic, style: Style) -> str:

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
+from cspcheck.cspm.source import Source, Span
 from cspcheck.report.style import Style, columns, harmless
-from cspm.source import Source, Span
 
 TAB = "    "
 _MINIMUM = 20

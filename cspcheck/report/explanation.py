@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from itertools import zip_longest
 from typing import Literal
 
-from checker.verdict import ComponentBehaviour, Counterexample
+from cspcheck.checker.verdict import ComponentBehaviour, Counterexample
 from cspcheck.quantities import count
 from cspcheck.report.obligation import obligation_lines, value_lines
 from cspcheck.report.sentences import are_few, as_sentence, circle_sentence, is_short, sentence, stopped_sentence

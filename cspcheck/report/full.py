@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
-from checker.verdict import Verdict
+from cspcheck.checker.verdict import Verdict
+from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.quantities import count, show_seconds
 from cspcheck.report.diagnostics import render_diagnostic
 from cspcheck.report.explanation import Detail, explanation
 from cspcheck.report.style import PLAIN, Style, columns, harmless, wrapped
 from cspcheck.result import Result, Summary
-from cspm.diagnostics import Diagnostic
 
 _MARKS = {"pass": "✓", "fail": "✗", "unknown": "?", "error": "!"}
 _ASCII_MARKS = {"pass": "+", "fail": "x", "unknown": "?", "error": "!"}

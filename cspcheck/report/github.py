@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
-from checker.verdict import Verdict
+from cspcheck.checker.verdict import Verdict
+from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.report.excerpt import last_line
 from cspcheck.report.explanation import explanation
 from cspcheck.report.style import PLAIN, harmless
 from cspcheck.result import Result, Summary
-from cspm.diagnostics import Diagnostic
 
 
 class GithubReport:

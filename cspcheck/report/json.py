@@ -6,9 +6,9 @@ import json
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
-from checker.verdict import BrokenObligation, Counterexample
+from cspcheck.checker.verdict import BrokenObligation, Counterexample
+from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.result import Result, Summary
-from cspm.diagnostics import Diagnostic
 
 SCHEMA = "cspcheck/1"
 

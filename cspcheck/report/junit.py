@@ -12,13 +12,13 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from xml.sax.saxutils import escape, quoteattr
 
-from checker.verdict import Verdict
+from cspcheck.checker.verdict import Verdict
+from cspcheck.cspm.diagnostics import Diagnostic, Severity
 from cspcheck.report.diagnostics import render_diagnostic
 from cspcheck.report.explanation import explanation
 from cspcheck.report.sentences import sentence
 from cspcheck.report.style import PLAIN
 from cspcheck.result import Result, Summary
-from cspm.diagnostics import Diagnostic, Severity
 
 
 @dataclass(slots=True)

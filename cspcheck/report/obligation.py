@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from checker.verdict import BrokenObligation
+from cspcheck.checker.verdict import BrokenObligation
 from cspcheck.report.style import Style, columns, harmless, pad, wrapped
 
 _MOST_LINES = 12

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from checker.blocking import shortest_cycle
-from checker.running import Component, Performed
+from cspcheck.checker.explain.blocked_slots import shortest_cycle
+from cspcheck.checker.explain.running import Component, Performed
+from cspcheck.cspm.process.text import describe
 from cspcheck.probing import Probe, Step, step_name
 from cspcheck.quantities import count
 from cspcheck.report.sentences import circle_sentence
 from cspcheck.report.style import Style, columns, harmless, pad, wrapped
-from cspm.process_text import describe
 
 MOST_STEPS = 20
 """So many possible steps are shown unless all are asked for."""

@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
-from checker.verdict import BrokenObligation
+from cspcheck.checker.verdict import BrokenObligation
 from cspcheck.quantities import count, show_seconds
 from cspcheck.report.obligation import obligation_lines, value_lines
 from cspcheck.report.sentences import as_sentence
@@ -14,8 +14,8 @@ from cspcheck.report.style import PLAIN, Style, columns, harmless, pad, wrapped
 from cspcheck.result import Exit
 
 if TYPE_CHECKING:
-    from checker.proof.finding import Finding
-    from checker.proof.precondition import Precondition
+    from cspcheck.checker.proof.finding import Finding
+    from cspcheck.checker.proof.precondition import Precondition
 
 SCHEMA = "cspcheck/proof/1"
 _OBLIGATION_WIDTH = 24
@@ -90,7 +90,7 @@ class FullListing:
 
     def precondition(self, owner: str, operation: str, found: Precondition) -> None:
         """When an operation is possible."""
-        from cspm.oz.core_text import text
+        from cspcheck.cspm.oz.writing.core_text import text
 
         self._tally.preconditions += 1
         name = f"`{owner}.{operation}`"
@@ -249,7 +249,7 @@ class Document:
 
     def precondition(self, owner: str, operation: str, found: Precondition) -> None:
         """When an operation is possible."""
-        from cspm.oz.core_text import text
+        from cspcheck.cspm.oz.writing.core_text import text
 
         self._tally.preconditions += 1
         self._preconditions.append(

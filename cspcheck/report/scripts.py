@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
+from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.quantities import count
 from cspcheck.report.diagnostics import concise_diagnostic, render_diagnostic
 from cspcheck.report.style import PLAIN, Style, harmless
 from cspcheck.result import Result, Summary
-from cspm.diagnostics import Diagnostic
 
 
 class ScriptsReport:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from checker.verdict import Counterexample, Verdict
+from cspcheck.checker.verdict import Counterexample, Verdict
 from cspcheck.quantities import count
 from cspcheck.result import Result
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from checker.verdict import Counterexample
+from cspcheck.checker.verdict import Counterexample
 from cspcheck.quantities import count
 from cspcheck.report.sentences import possible
 from cspcheck.report.style import Style, columns, harmless, pad

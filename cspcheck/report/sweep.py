@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Sequence
 
-from checker.verdict import Verdict
+from cspcheck.checker.verdict import Verdict
+from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.quantities import show_seconds
 from cspcheck.report.json import SCHEMA, diagnostic_object, result_object
 from cspcheck.report.style import Style, columns, harmless, pad
 from cspcheck.result import Result, Summary
 from cspcheck.sweeping import Swept
-from cspm.diagnostics import Diagnostic
 
 _COLORS = {"pass": "green", "fail": "red", "unknown": "yellow", "error": "red"}
 _LOWEST_REASON = 16

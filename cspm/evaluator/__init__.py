@@ -5,7 +5,7 @@ not at hand. Where a process is needed, a named process becomes a reference that
 makes the evaluation of recursive processes end.
 """
 
-from cspm.evaluator import calls, collections, dotting, lets, operators, prefixes, processes, variables
-from cspm.evaluator.core import Evaluator
+from cspcheck.cspm.evaluator import calls, collections, dotting, lets, operators, prefixes, processes, variables
+from cspcheck.cspm.evaluator.core import Evaluator
 
 __all__ = ["Evaluator", "calls", "collections", "dotting", "lets", "operators", "prefixes", "processes", "variables"]

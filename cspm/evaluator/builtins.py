@@ -8,16 +8,16 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable
 from typing import TYPE_CHECKING, Any
 
-from cspm import syntax
-from cspm.evaluator.frames import Frame
-from cspm.failure import Failure
-from cspm.messages import evaluation as messages
-from cspm.process import Process
-from cspm.source import Span
-from cspm.thunks import Code, Env, force
+from cspcheck.cspm.evaluator.frames import Frame
+from cspcheck.cspm.process.terms import Process
+from cspcheck.cspm.source import Span
+from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.values import messages as messages
+from cspcheck.cspm.values.failure import Failure
+from cspcheck.cspm.values.thunks import Code, Env, force
 
 if TYPE_CHECKING:
-    from cspm.evaluator.core import Evaluator
+    from cspcheck.cspm.evaluator.core import Evaluator
 
 
 class Builtin:

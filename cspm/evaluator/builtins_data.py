@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from cspm import dots
-from cspm.evaluator.builtins import Builtin
-from cspm.failure import Failure
-from cspm.messages import evaluation as messages
-from cspm.set_algebra import difference, intersection, union
-from cspm.sets import EMPTY_SET, EventsSet, Set, set_of
-from cspm.sets_symbolic import CHARACTERS, INTEGERS, PROCESSES, Maps, Sequences, Subsets
-from cspm.thunks import Env, Thunk, force
-from cspm.values import (
+from cspcheck.cspm.evaluator.builtins import Builtin
+from cspcheck.cspm.values import dots, messages as messages
+from cspcheck.cspm.values.comparison import equal
+from cspcheck.cspm.values.failure import Failure
+from cspcheck.cspm.values.set_algebra import difference, intersection, union
+from cspcheck.cspm.values.sets import EMPTY_SET, EventsSet, Set, set_of
+from cspcheck.cspm.values.symbolic_sets import CHARACTERS, INTEGERS, PROCESSES, Maps, Sequences, Subsets
+from cspcheck.cspm.values.thunks import Env, Thunk, force
+from cspcheck.cspm.values.values import (
     EMPTY_SEQUENCE,
     FALSE,
     FRUITLESS,
@@ -26,7 +26,6 @@ from cspm.values import (
     deep,
     string,
 )
-from cspm.values_compare import equal
 
 DATA: dict[str, Any] = {
     "True": TRUE,
@@ -43,7 +42,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def builtin(name: str, kinds: str) -> Callable[[F], F]:
-    """Register the decorated function; for *kinds* see ``cspm.evaluator.builtins``."""
+    """Register the decorated function; for *kinds* see ``cspcheck.cspm.evaluator.builtins``."""
 
     def register(function: F) -> F:
         DATA[name] = Builtin(name, kinds, function)
@@ -294,7 +293,7 @@ def _map_from_list(pairs: Any) -> Map:
 
 @builtin("mapToList", "v")
 def _map_to_list(mapping: Any) -> Sequence:
-    from cspm.values_order import in_order
+    from cspcheck.cspm.values.order import in_order
 
     entries = as_map(mapping).entries
     return Sequence.of([(key, entries[key]) for key in in_order(entries)])
@@ -343,7 +342,7 @@ def _map_delete(mapping: Any, key: Any) -> Map:
 
 @builtin("show", "v")
 def _show(value: Any) -> Sequence:
-    from cspm.values_text import show
+    from cspcheck.cspm.values.text import show
 
     return string(show(value))
 

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from cspm import process
-from cspm.dots import Channels, Event, is_incomplete
-from cspm.evaluator.builtins import Builtin
-from cspm.evaluator.builtins_data import DATA, as_pair, as_sequence, as_set
-from cspm.failure import Failure
-from cspm.messages import evaluation as messages
-from cspm.prelude import TRANSPARENT
-from cspm.process import Process
-from cspm.sets import EventsSet, Set, event_set
-from cspm.sets_symbolic import AllEvents
-from cspm.thunks import force
+from cspcheck.cspm.evaluator.builtins import Builtin
+from cspcheck.cspm.evaluator.builtins_data import DATA, as_pair, as_sequence, as_set
+from cspcheck.cspm.prelude import TRANSPARENT
+from cspcheck.cspm.process import terms as process
+from cspcheck.cspm.process.terms import Process
+from cspcheck.cspm.values import messages as messages
+from cspcheck.cspm.values.dots import Channels, Event, is_incomplete
+from cspcheck.cspm.values.failure import Failure
+from cspcheck.cspm.values.sets import EventsSet, Set, event_set
+from cspcheck.cspm.values.symbolic_sets import AllEvents
+from cspcheck.cspm.values.thunks import force
 
 _LIKE_CHASE = ("chase", "chase_nocache")
 
@@ -97,7 +97,7 @@ def _loop(p: Process) -> Process:
         return process.Sequential(p, again)
 
     def text() -> str:
-        from cspm.values_text import show_short
+        from cspcheck.cspm.values.text import show_short
 
         return f"loop({show_short(p)})"
 

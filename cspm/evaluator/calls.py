@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from cspm import syntax
-from cspm.evaluator.builtins import Builtin
-from cspm.evaluator.core import (
+from cspcheck.cspm.evaluator.builtins import Builtin
+from cspcheck.cspm.evaluator.core import (
     CONDITIONS,
     DELAYED,
     PROCESS_TYPES,
@@ -18,17 +17,18 @@ from cspm.evaluator.core import (
     compiles,
     unwrap,
 )
-from cspm.evaluator.frames import Frame
-from cspm.evaluator.routines import Routine, apply, apply_process, call_routine, passed
-from cspm.evaluator.sorts import Sort
-from cspm.evaluator.timed import timed_name
-from cspm.failure import Failure
-from cspm.messages import evaluation as messages
-from cspm.names_symbols import SymbolKind
-from cspm.process import Process, Reference
-from cspm.source import Span
-from cspm.thunks import Code, Env
-from cspm.values import Function
+from cspcheck.cspm.evaluator.frames import Frame
+from cspcheck.cspm.evaluator.routines import Routine, apply, apply_process, call_routine, passed
+from cspcheck.cspm.evaluator.sorts import Sort
+from cspcheck.cspm.evaluator.timed import timed_name
+from cspcheck.cspm.naming.symbols import SymbolKind
+from cspcheck.cspm.process.terms import Process, Reference
+from cspcheck.cspm.source import Span
+from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.values import messages as messages
+from cspcheck.cspm.values.failure import Failure
+from cspcheck.cspm.values.thunks import Code, Env
+from cspcheck.cspm.values.values import Function
 
 # --- literals and brackets -----------------------------------------------------------------------------------
 

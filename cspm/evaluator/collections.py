@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from typing import Any
 
-from cspm import syntax
-from cspm.dots import completions
-from cspm.evaluator.comprehensions import sequence_comprehension, set_comprehension
-from cspm.evaluator.core import DELAYED, VALUES, Evaluator, compiles
-from cspm.evaluator.frames import Frame
-from cspm.events import EventSet
-from cspm.failure import Failure
-from cspm.messages import evaluation as messages
-from cspm.set_algebra import union
-from cspm.sets import EMPTY_SET, EventsSet, Range, Set, set_of
-from cspm.sets_symbolic import Integers
-from cspm.source import Span
-from cspm.thunks import Code, Env, force
-from cspm.values import EMPTY_SEQUENCE, Map, Sequence, counting, counting_from, deep
+from cspcheck.cspm.evaluator.comprehensions import sequence_comprehension, set_comprehension
+from cspcheck.cspm.evaluator.core import DELAYED, VALUES, Evaluator, compiles
+from cspcheck.cspm.evaluator.frames import Frame
+from cspcheck.cspm.process.events import EventSet
+from cspcheck.cspm.source import Span
+from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.values import messages as messages
+from cspcheck.cspm.values.dots import completions
+from cspcheck.cspm.values.failure import Failure
+from cspcheck.cspm.values.set_algebra import union
+from cspcheck.cspm.values.sets import EMPTY_SET, EventsSet, Range, Set, set_of
+from cspcheck.cspm.values.symbolic_sets import Integers
+from cspcheck.cspm.values.thunks import Code, Env, force
+from cspcheck.cspm.values.values import EMPTY_SEQUENCE, Map, Sequence, counting, counting_from, deep
 
 
 @compiles(VALUES, syntax.TupleExpr)
@@ -144,7 +144,7 @@ def _all(sets: list[Set], channels: Any) -> Set:
 def _productions(evaluator: Evaluator, node: syntax.Productions, frame: Frame) -> Code:
     channels = evaluator.channels
     if node.statements is not None:
-        from cspm.evaluator.comprehensions import collect
+        from cspcheck.cspm.evaluator.comprehensions import collect
 
         run = collect(evaluator, node.items, node.statements, frame)
         span = node.span

@@ -10,18 +10,18 @@ from collections.abc import Callable, Sequence as Items
 from contextlib import suppress
 from typing import Any, TypeAlias
 
-from cspm import syntax
-from cspm.evaluator.core import Condition, Evaluator
-from cspm.evaluator.frames import Frame
-from cspm.evaluator.fusion import fused_elements
-from cspm.evaluator.patterns import Matcher, compile_pattern, is_variable
-from cspm.failure import Failure
-from cspm.messages import evaluation as messages
-from cspm.set_algebra import union
-from cspm.sets import EMPTY_SET, Set, set_of
-from cspm.source import Span
-from cspm.thunks import Code, Env, Thunk, force
-from cspm.values import EMPTY_SEQUENCE, FRUITLESS, Sequence, deep
+from cspcheck.cspm.evaluator.core import Condition, Evaluator
+from cspcheck.cspm.evaluator.frames import Frame
+from cspcheck.cspm.evaluator.fusion import fused_elements
+from cspcheck.cspm.evaluator.patterns import Matcher, compile_pattern, is_variable
+from cspcheck.cspm.source import Span
+from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.values import messages as messages
+from cspcheck.cspm.values.failure import Failure
+from cspcheck.cspm.values.set_algebra import union
+from cspcheck.cspm.values.sets import EMPTY_SET, Set, set_of
+from cspcheck.cspm.values.thunks import Code, Env, Thunk, force
+from cspcheck.cspm.values.values import EMPTY_SEQUENCE, FRUITLESS, Sequence, deep
 
 Emit: TypeAlias = Callable[[Any], None]
 Loop: TypeAlias = Callable[[Env, Emit], None]
@@ -389,7 +389,7 @@ def _known(value: Any, span: Span) -> tuple[list[Any], Any]:
 
 def _joined(source: Code, span: Span, matcher: Matcher, then: Code) -> Code:
     """A generator around others: the sequences that its elements give, one behind the other, when they are needed."""
-    from cspm.evaluator.builtins_data import append
+    from cspcheck.cspm.evaluator.builtins_data import append
 
     def later(state: Env) -> Sequence:
         return follow(*state)

@@ -14,27 +14,28 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from cspm import process, syntax
-from cspm.diagnostics import ScriptError
-from cspm.dots import Channels, Dotted
-from cspm.evaluator.builtins_data import as_sequence
-from cspm.evaluator.builtins_processes import as_event, builtins_for
-from cspm.evaluator.frames import Frame
-from cspm.evaluator.sorts import Sorts
-from cspm.evaluator.strictness import Strictness
-from cspm.events import EventSet
-from cspm.failure import Failure
-from cspm.messages import evaluation as messages
-from cspm.names import Names
-from cspm.process import Process
-from cspm.recursion import FRAMES
-from cspm.sets import event_set
-from cspm.source import Span
-from cspm.thunks import Code, Env, Thunk
-from cspm.values import FALSE, TRUE, Boolean
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.evaluator.builtins_data import as_sequence
+from cspcheck.cspm.evaluator.builtins_processes import as_event, builtins_for
+from cspcheck.cspm.evaluator.frames import Frame
+from cspcheck.cspm.evaluator.sorts import Sorts
+from cspcheck.cspm.evaluator.strictness import Strictness
+from cspcheck.cspm.naming.resolve import Names
+from cspcheck.cspm.process import terms as process
+from cspcheck.cspm.process.events import EventSet
+from cspcheck.cspm.process.terms import Process
+from cspcheck.cspm.recursion import FRAMES
+from cspcheck.cspm.source import Span
+from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.values import messages as messages
+from cspcheck.cspm.values.dots import Channels, Dotted
+from cspcheck.cspm.values.failure import Failure
+from cspcheck.cspm.values.sets import event_set
+from cspcheck.cspm.values.thunks import Code, Env, Thunk
+from cspcheck.cspm.values.values import FALSE, TRUE, Boolean
 
 if TYPE_CHECKING:
-    from cspm.inference import Types
+    from cspcheck.cspm.typing.inference import Types
 
 T = TypeVar("T")
 Condition = Callable[[Env], bool]

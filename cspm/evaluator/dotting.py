@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from cspm import syntax
-from cspm.dots import Dotted, Event, dot
-from cspm.evaluator.core import VALUES, Evaluator, compiles, unwrap
-from cspm.evaluator.frames import Frame
-from cspm.failure import Failure
-from cspm.names_symbols import SymbolKind
-from cspm.source import Span
-from cspm.thunks import Code, Env
-from cspm.values import Boolean
+from cspcheck.cspm.evaluator.core import VALUES, Evaluator, compiles, unwrap
+from cspcheck.cspm.evaluator.frames import Frame
+from cspcheck.cspm.naming.symbols import SymbolKind
+from cspcheck.cspm.source import Span
+from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.values.dots import Dotted, Event, dot
+from cspcheck.cspm.values.failure import Failure
+from cspcheck.cspm.values.thunks import Code, Env
+from cspcheck.cspm.values.values import Boolean
 
 
 def dot_parts(node: syntax.Expr) -> list[syntax.Expr]:

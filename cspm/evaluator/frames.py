@@ -6,12 +6,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from cspm.dots import ChannelHead, Event
-from cspm.names_symbols import Symbol
-from cspm.thunks import Code
+from cspcheck.cspm.naming.symbols import Symbol
+from cspcheck.cspm.values.dots import ChannelHead, Event
+from cspcheck.cspm.values.thunks import Code
 
 if TYPE_CHECKING:
-    from cspm.evaluator.units import Unit
+    from cspcheck.cspm.evaluator.units import Unit
 
 
 @dataclass(frozen=True, slots=True, eq=False)

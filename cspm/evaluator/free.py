@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import Any
 
-from cspm import syntax
-from cspm.names_patterns import variables
-from cspm.names_symbols import Names, Symbol
+from cspcheck.cspm.naming.patterns import variables
+from cspcheck.cspm.naming.symbols import Names, Symbol
+from cspcheck.cspm.syntax import tree as syntax
 
 _CHILD_FIELDS: dict[type[syntax.Node], tuple[str, ...]] = {}
 

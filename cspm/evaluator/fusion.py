@@ -16,21 +16,21 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence as Items
 from typing import TYPE_CHECKING, Any
 
-from cspm import syntax
-from cspm.evaluator.builtins import Builtin
-from cspm.evaluator.builtins_data import append
-from cspm.evaluator.frames import Frame
-from cspm.evaluator.patterns import is_variable
-from cspm.evaluator.sorts import Sort
-from cspm.failure import Failure
-from cspm.names_symbols import Symbol
-from cspm.thunks import Code, Env, Thunk
-from cspm.values import FALSE, TRUE, Sequence, deep
-from cspm.values_compare import equal, less
+from cspcheck.cspm.evaluator.builtins import Builtin
+from cspcheck.cspm.evaluator.builtins_data import append
+from cspcheck.cspm.evaluator.frames import Frame
+from cspcheck.cspm.evaluator.patterns import is_variable
+from cspcheck.cspm.evaluator.sorts import Sort
+from cspcheck.cspm.naming.symbols import Symbol
+from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.values.comparison import equal, less
+from cspcheck.cspm.values.failure import Failure
+from cspcheck.cspm.values.thunks import Code, Env, Thunk
+from cspcheck.cspm.values.values import FALSE, TRUE, Sequence, deep
 
 if TYPE_CHECKING:
-    from cspm.evaluator.core import Evaluator
-    from cspm.evaluator.routines import Routine
+    from cspcheck.cspm.evaluator.core import Evaluator
+    from cspcheck.cspm.evaluator.routines import Routine
 
 DEEPEST = 30
 """Expressions nested deeper than this are closures again: Python's own parser has limits."""
@@ -114,7 +114,7 @@ class Fuser:
 
     def type_of(self, node: syntax.Expr) -> Any:
         """The type of an expression, None if it is not known."""
-        from cspm import types
+        from cspcheck.cspm.typing import types
 
         while isinstance(node, syntax.Paren):
             node = node.inner
@@ -126,7 +126,7 @@ class Fuser:
 
     def is_int(self, node: syntax.Expr) -> bool:
         """Whether the value is certainly an integer."""
-        from cspm import types
+        from cspcheck.cspm.typing import types
 
         return self.type_of(node) is types.INT
 
@@ -273,7 +273,7 @@ class Fuser:
         return True
 
     def _application(self, node: syntax.Apply, place: Place, depth: int) -> str | None:
-        from cspm.evaluator.calls import known_function
+        from cspcheck.cspm.evaluator.calls import known_function
 
         known = known_function(self.evaluator, node, place.frame)
         if isinstance(known, Builtin):
@@ -307,7 +307,7 @@ class Fuser:
 
         None if a pattern is none that Python can bind. *evaluated*: the elements of the first source have no thunks.
         """
-        from cspm import types
+        from cspcheck.cspm.typing import types
 
         text = ""
         source: str | None = first
@@ -416,7 +416,7 @@ def _located_builtin(builtin: Builtin, node: syntax.Apply) -> Callable[..., Any]
 
 def call_of(routine: Routine, node: syntax.Apply) -> Code:
     """A call of *routine* in a complete environment, the surroundings of a local one in front."""
-    from cspm.evaluator.routines import passed
+    from cspcheck.cspm.evaluator.routines import passed
 
     span = node.span
     size = routine.frame.size
@@ -431,7 +431,7 @@ def call_of(routine: Routine, node: syntax.Apply) -> Code:
 
 
 def _source_of(statement: syntax.Generator, source: Code) -> Callable[[Env], list[Any]]:
-    from cspm.evaluator.comprehensions import source_items
+    from cspcheck.cspm.evaluator.comprehensions import source_items
 
     span = statement.source.span
     return lambda env: source_items(source(env), span)
@@ -459,7 +459,7 @@ def fused_elements(
 
     *of_set*: the items are evaluated through and through, as elements of a set are; otherwise delayed.
     """
-    from cspm import types
+    from cspcheck.cspm.typing import types
 
     fuser = Fuser(evaluator)
     assert isinstance(statements[0], syntax.Generator)

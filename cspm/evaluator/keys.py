@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from cspm.diagnostics import Diagnostic
-from cspm.failure import Failure
-from cspm.values import deep
+from cspcheck.cspm.diagnostics import Diagnostic
+from cspcheck.cspm.values.failure import Failure
+from cspcheck.cspm.values.values import deep
 
 
 class Failed:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from cspm import syntax
-from cspm.evaluator.core import (
+from cspcheck.cspm.evaluator.core import (
     CONDITIONS,
     PROCESSES,
     VALUES,
@@ -14,17 +13,18 @@ from cspm.evaluator.core import (
     Evaluator,
     compiles,
 )
-from cspm.evaluator.frames import Frame
-from cspm.evaluator.patterns import compile_pattern
-from cspm.evaluator.routines import Routine
-from cspm.evaluator.sorts import Sort
-from cspm.evaluator.units import function_routine, named_routine, timing
-from cspm.failure import Failure
-from cspm.messages import evaluation as messages
-from cspm.names_patterns import variables
-from cspm.names_symbols import Symbol, SymbolKind
-from cspm.thunks import Code, Env, Thunk
-from cspm.values import Function
+from cspcheck.cspm.evaluator.frames import Frame
+from cspcheck.cspm.evaluator.patterns import compile_pattern
+from cspcheck.cspm.evaluator.routines import Routine
+from cspcheck.cspm.evaluator.sorts import Sort
+from cspcheck.cspm.evaluator.units import function_routine, named_routine, timing
+from cspcheck.cspm.naming.patterns import variables
+from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
+from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.values import messages as messages
+from cspcheck.cspm.values.failure import Failure
+from cspcheck.cspm.values.thunks import Code, Env, Thunk
+from cspcheck.cspm.values.values import Function
 
 
 @compiles(VALUES, syntax.Let)

@@ -6,16 +6,16 @@ import operator
 from collections.abc import Callable
 from typing import Any
 
-from cspm import syntax
-from cspm.evaluator.builtins_data import append, length
-from cspm.evaluator.core import CONDITIONS, DELAYED, VALUES, Condition, Evaluator, compiles, unwrap
-from cspm.evaluator.frames import Frame
-from cspm.failure import Failure
-from cspm.messages import evaluation as messages
-from cspm.source import Span
-from cspm.thunks import Code, Env, Thunk
-from cspm.values import FALSE, TRUE, Sequence, string
-from cspm.values_compare import equal, less
+from cspcheck.cspm.evaluator.builtins_data import append, length
+from cspcheck.cspm.evaluator.core import CONDITIONS, DELAYED, VALUES, Condition, Evaluator, compiles, unwrap
+from cspcheck.cspm.evaluator.frames import Frame
+from cspcheck.cspm.source import Span
+from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.values import messages as messages
+from cspcheck.cspm.values.comparison import equal, less
+from cspcheck.cspm.values.failure import Failure
+from cspcheck.cspm.values.thunks import Code, Env, Thunk
+from cspcheck.cspm.values.values import FALSE, TRUE, Sequence, string
 
 # --- literals ------------------------------------------------------------------------------------------------
 

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from cspm import syntax
-from cspm.dots import DotList, Dotted, Event, Head
-from cspm.evaluator.frames import Frame
-from cspm.names_symbols import SymbolKind
-from cspm.sets import Set
-from cspm.thunks import Env, Thunk, force
-from cspm.values import FALSE, TRUE, Sequence, string
-from cspm.values_compare import equal
+from cspcheck.cspm.evaluator.frames import Frame
+from cspcheck.cspm.naming.symbols import SymbolKind
+from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.values.comparison import equal
+from cspcheck.cspm.values.dots import DotList, Dotted, Event, Head
+from cspcheck.cspm.values.sets import Set
+from cspcheck.cspm.values.thunks import Env, Thunk, force
+from cspcheck.cspm.values.values import FALSE, TRUE, Sequence, string
 
 if TYPE_CHECKING:
-    from cspm.evaluator.core import Evaluator
+    from cspcheck.cspm.evaluator.core import Evaluator
 
 Matcher: TypeAlias = Callable[[Env, Any], Env | None]
 """From the environment and a value (or thunk) to the environment with the variables, or None if it does not match."""

@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeAlias
 
-from cspm import dots, syntax
-from cspm.dots import ChannelHead, Dotted, Event, as_one, extension_parts, joined, next_field
-from cspm.evaluator.core import PROCESSES, VALUES, Evaluator, compiles
-from cspm.evaluator.dotting import dot_parts, with_fields
-from cspm.evaluator.frames import Frame
-from cspm.evaluator.free import mentioned
-from cspm.evaluator.patterns import Matcher, compile_pattern, is_irrefutable, is_variable
-from cspm.evaluator.timed import timed_prefix
-from cspm.failure import Failure
-from cspm.messages import evaluation as messages
-from cspm.process import STOP, InternalChoice, Prefix, Process
-from cspm.sets import Set
-from cspm.source import Span
-from cspm.thunks import Code, Env
+from cspcheck.cspm.evaluator.core import PROCESSES, VALUES, Evaluator, compiles
+from cspcheck.cspm.evaluator.dotting import dot_parts, with_fields
+from cspcheck.cspm.evaluator.frames import Frame
+from cspcheck.cspm.evaluator.free import mentioned
+from cspcheck.cspm.evaluator.patterns import Matcher, compile_pattern, is_irrefutable, is_variable
+from cspcheck.cspm.evaluator.timed import timed_prefix
+from cspcheck.cspm.process.terms import STOP, InternalChoice, Prefix, Process
+from cspcheck.cspm.source import Span
+from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.values import dots, messages as messages
+from cspcheck.cspm.values.dots import ChannelHead, Dotted, Event, as_one, extension_parts, joined, next_field
+from cspcheck.cspm.values.failure import Failure
+from cspcheck.cspm.values.sets import Set
+from cspcheck.cspm.values.thunks import Code, Env
 
 Branches: TypeAlias = list[tuple[int, Process]]
 Step: TypeAlias = Callable[[Env, Any, Branches], None]

@@ -1,23 +1,24 @@
-"""The process operators: each form becomes its term of ``cspm.process``."""
+"""The process operators: each form becomes its term of ``cspcheck.cspm.process.terms``."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from cspm import dots, process, syntax
-from cspm.dots import Dotted, Event
-from cspm.evaluator.comprehensions import collect_processes
-from cspm.evaluator.core import PROCESSES, VALUES, Evaluator, compiles, unwrap
-from cspm.evaluator.frames import Frame
-from cspm.evaluator.timed import timed_stop, tocks
-from cspm.events import EventSet
-from cspm.failure import Failure
-from cspm.messages import evaluation as messages
-from cspm.process import Process
-from cspm.sets import LARGEST
-from cspm.source import Span
-from cspm.thunks import Env
+from cspcheck.cspm.evaluator.comprehensions import collect_processes
+from cspcheck.cspm.evaluator.core import PROCESSES, VALUES, Evaluator, compiles, unwrap
+from cspcheck.cspm.evaluator.frames import Frame
+from cspcheck.cspm.evaluator.timed import timed_stop, tocks
+from cspcheck.cspm.process import terms as process
+from cspcheck.cspm.process.events import EventSet
+from cspcheck.cspm.process.terms import Process
+from cspcheck.cspm.source import Span
+from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.values import dots, messages as messages
+from cspcheck.cspm.values.dots import Dotted, Event
+from cspcheck.cspm.values.failure import Failure
+from cspcheck.cspm.values.sets import LARGEST
+from cspcheck.cspm.values.thunks import Env
 
 ProcessCode = Callable[[Env], Process]
 NO_EVENTS = EventSet()
@@ -299,7 +300,7 @@ def _joined(
 
 
 def _sequence(operands: Callable[[Env], list[Process]], frame: Frame) -> ProcessCode:
-    from cspm.evaluator.timed import timed_skip
+    from cspcheck.cspm.evaluator.timed import timed_skip
 
     timing = frame.timing
 

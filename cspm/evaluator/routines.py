@@ -9,24 +9,24 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from cspm import syntax
-from cspm.evaluator.core import PROCESS_TYPES
-from cspm.evaluator.frames import Frame
-from cspm.evaluator.free import mentioned
-from cspm.evaluator.fusion import fused_body
-from cspm.evaluator.keys import Failed, Itself, key_of
-from cspm.evaluator.patterns import Matcher, compile_pattern, is_variable
-from cspm.evaluator.sorts import Sort
-from cspm.failure import Failure
-from cspm.messages import evaluation as messages
-from cspm.names_symbols import Symbol
-from cspm.process import Definition, Process, Reference
-from cspm.source import Span
-from cspm.thunks import Code, Env, Thunk, force
-from cspm.values import Function
+from cspcheck.cspm.evaluator.core import PROCESS_TYPES
+from cspcheck.cspm.evaluator.frames import Frame
+from cspcheck.cspm.evaluator.free import mentioned
+from cspcheck.cspm.evaluator.fusion import fused_body
+from cspcheck.cspm.evaluator.keys import Failed, Itself, key_of
+from cspcheck.cspm.evaluator.patterns import Matcher, compile_pattern, is_variable
+from cspcheck.cspm.evaluator.sorts import Sort
+from cspcheck.cspm.naming.symbols import Symbol
+from cspcheck.cspm.process.terms import Definition, Process, Reference
+from cspcheck.cspm.source import Span
+from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.values import messages as messages
+from cspcheck.cspm.values.failure import Failure
+from cspcheck.cspm.values.thunks import Code, Env, Thunk, force
+from cspcheck.cspm.values.values import Function
 
 if TYPE_CHECKING:
-    from cspm.evaluator.core import Evaluator
+    from cspcheck.cspm.evaluator.core import Evaluator
 
 HOT = 60
 """After so many calls the body of a function is worth a Python function of its own."""
@@ -171,7 +171,7 @@ class Routine:
 
     def shown(self, arguments: Sequence[Any]) -> str:
         """The definition's name with *arguments*, as a person would write it."""
-        from cspm.values_text import show_short
+        from cspcheck.cspm.values.text import show_short
 
         text = self.name
         start = 0

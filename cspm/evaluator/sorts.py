@@ -9,12 +9,12 @@ from __future__ import annotations
 from enum import Enum, auto
 from typing import TYPE_CHECKING
 
-from cspm import syntax
-from cspm.names_symbols import Names, Symbol, SymbolKind
-from cspm.prelude import TRANSPARENT
+from cspcheck.cspm.naming.symbols import Names, Symbol, SymbolKind
+from cspcheck.cspm.prelude import TRANSPARENT
+from cspcheck.cspm.syntax import tree as syntax
 
 if TYPE_CHECKING:
-    from cspm.inference import Types
+    from cspcheck.cspm.typing.inference import Types
 
 
 class Sort(Enum):
@@ -102,7 +102,7 @@ class Sorts:
         """What the type of an expression says; None if it has none or could be any."""
         if self.types is None:
             return None
-        from cspm import types  # only there if types were inferred
+        from cspcheck.cspm.typing import types  # only there if types were inferred
 
         try:
             found = types.resolve(self.types.type_of(node))

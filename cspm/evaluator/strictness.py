@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cspm import syntax
-from cspm.evaluator.patterns import is_irrefutable, is_variable
-from cspm.evaluator.sorts import Sort
-from cspm.names_symbols import Symbol, SymbolKind
+from cspcheck.cspm.evaluator.patterns import is_irrefutable, is_variable
+from cspcheck.cspm.evaluator.sorts import Sort
+from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
+from cspcheck.cspm.syntax import tree as syntax
 
 if TYPE_CHECKING:
-    from cspm.evaluator.core import Evaluator
+    from cspcheck.cspm.evaluator.core import Evaluator
 
 _NOTHING: frozenset[Symbol] = frozenset()
 

@@ -9,22 +9,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from cspm import process
-from cspm.dots import Event
-from cspm.evaluator.builtins import Builtin
-from cspm.evaluator.builtins_processes import prioritise
-from cspm.evaluator.frames import Timing
-from cspm.events import EventSet
-from cspm.failure import Failure
-from cspm.messages import evaluation as messages
-from cspm.process import Definition, Process, Reference
-from cspm.sets import EventsSet
-from cspm.source import Span
-from cspm.thunks import Code, Env
-from cspm.values import Sequence as SequenceValue
+from cspcheck.cspm.evaluator.builtins import Builtin
+from cspcheck.cspm.evaluator.builtins_processes import prioritise
+from cspcheck.cspm.evaluator.frames import Timing
+from cspcheck.cspm.process import terms as process
+from cspcheck.cspm.process.events import EventSet
+from cspcheck.cspm.process.terms import Definition, Process, Reference
+from cspcheck.cspm.source import Span
+from cspcheck.cspm.values import messages as messages
+from cspcheck.cspm.values.dots import Event
+from cspcheck.cspm.values.failure import Failure
+from cspcheck.cspm.values.sets import EventsSet
+from cspcheck.cspm.values.thunks import Code, Env
+from cspcheck.cspm.values.values import Sequence as SequenceValue
 
 if TYPE_CHECKING:
-    from cspm.evaluator.core import Evaluator
+    from cspcheck.cspm.evaluator.core import Evaluator
 
 
 def tocks(timing: Timing) -> EventSet:
@@ -75,7 +75,7 @@ def timed_prefix(
         return timed_stop(timing)
     waits = [1] * len(branches)
     if timing.duration is not None:
-        from cspm.evaluator.routines import apply
+        from cspcheck.cspm.evaluator.routines import apply
 
         function = timing.duration(env[: timing.size])
         waits = [apply(function, (evaluator.channels.event(event),), span) for event, _ in branches]
@@ -95,7 +95,7 @@ def timed_prefix(
         return process.ExternalChoice((process.prefix(tock, waiting), offered))
 
     def text() -> str:
-        from cspm.process_text import describe
+        from cspcheck.cspm.process.text import describe
 
         return describe(offered, evaluator.channels.table)
 

@@ -10,23 +10,23 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from cspm import syntax
-from cspm.dots import ChannelHead, Constructor, Head
-from cspm.evaluator.frames import Frame, Timing
-from cspm.evaluator.free import mentioned
-from cspm.evaluator.patterns import compile_pattern
-from cspm.evaluator.routines import Routine
-from cspm.failure import Failure
-from cspm.messages import evaluation as messages
-from cspm.names_patterns import variables
-from cspm.names_symbols import Symbol, SymbolKind
-from cspm.sets import Set, field_sets, type_set
-from cspm.sets_symbolic import DatatypeSet
-from cspm.thunks import Env, Thunk
-from cspm.values import Function
+from cspcheck.cspm.evaluator.frames import Frame, Timing
+from cspcheck.cspm.evaluator.free import mentioned
+from cspcheck.cspm.evaluator.patterns import compile_pattern
+from cspcheck.cspm.evaluator.routines import Routine
+from cspcheck.cspm.naming.patterns import variables
+from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
+from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.values import messages as messages
+from cspcheck.cspm.values.dots import ChannelHead, Constructor, Head
+from cspcheck.cspm.values.failure import Failure
+from cspcheck.cspm.values.sets import Set, field_sets, type_set
+from cspcheck.cspm.values.symbolic_sets import DatatypeSet
+from cspcheck.cspm.values.thunks import Env, Thunk
+from cspcheck.cspm.values.values import Function
 
 if TYPE_CHECKING:
-    from cspm.evaluator.core import Evaluator
+    from cspcheck.cspm.evaluator.core import Evaluator
 
 MOST_INSTANCES = 100_000
 """A script makes at most so many module instances."""
@@ -296,7 +296,7 @@ def bind(evaluator: Evaluator, pattern: syntax.Pattern, value: Any, frame: Frame
             matcher, _ = compile_pattern(evaluator, pattern, frame, evaluated=False)
             found = matcher((), value)
             if found is None:
-                from cspm.thunks import force
+                from cspcheck.cspm.values.thunks import force
 
                 raise Failure(messages.no_match(force(value), pattern.span.text, pattern.span))
             matched.append(found)

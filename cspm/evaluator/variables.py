@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from cspm import syntax
-from cspm.evaluator.core import (
+from cspcheck.cspm.evaluator.core import (
     DELAYED,
     PROCESS_TYPES,
     PROCESSES,
@@ -14,15 +13,16 @@ from cspm.evaluator.core import (
     Evaluator,
     compiles,
 )
-from cspm.evaluator.frames import Frame
-from cspm.evaluator.routines import Routine, passed
-from cspm.evaluator.timed import timed_name
-from cspm.failure import Failure
-from cspm.messages import evaluation as messages
-from cspm.names_symbols import Symbol, SymbolKind
-from cspm.process import Process
-from cspm.source import Span
-from cspm.thunks import Code, Env, Thunk
+from cspcheck.cspm.evaluator.frames import Frame
+from cspcheck.cspm.evaluator.routines import Routine, passed
+from cspcheck.cspm.evaluator.timed import timed_name
+from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
+from cspcheck.cspm.process.terms import Process
+from cspcheck.cspm.source import Span
+from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.values import messages as messages
+from cspcheck.cspm.values.failure import Failure
+from cspcheck.cspm.values.thunks import Code, Env, Thunk
 
 
 @compiles(VALUES, syntax.Name)

@@ -1,7 +1,7 @@
 """What classes mean, ready for proof, search and code: typed terms, flattened classes.
 
-The elaborator (:mod:`cspm.oz.elaboration`) makes this from the tree. Everything after it works here: names are
-tied, types are known, schemas are expanded, inheritance is flattened, generics are instantiated, ``let`` and
+The elaborator (:mod:`cspcheck.cspm.oz.typing.elaboration`) makes this from the tree. Everything after it works here:
+names are tied, types are known, schemas are expanded, inheritance is flattened, generics are instantiated, ``let`` and
 abbreviations are gone, decorations have become roles, and where an integer stands for a real, a sequence for a
 function or a function for a relation, a coercion says so.
 
@@ -17,8 +17,8 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Final, Literal, TypeAlias
 
-from cspm import syntax
-from cspm.source import Span
+from cspcheck.cspm.source import Span
+from cspcheck.cspm.syntax import tree as syntax
 
 # --- types -------------------------------------------------------------------------------------------------------
 

@@ -4,7 +4,7 @@ Both notations give the same nodes. Operators carry one canonical name whatever 
 and ``∈``), so that trees compare equal when texts mean the same. Paragraphs are declarations of the script and
 stand among those of CSPm; the process equations of a class are ordinary CSPm declarations.
 
-What a tree means, with types and flattened inheritance, is said in :mod:`cspm.oz.core`.
+What a tree means, with types and flattened inheritance, is said in :mod:`cspcheck.cspm.oz.core`.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import ClassVar, Literal
 
-from cspm.syntax import Assertion, Declaration, NameDeclaration, Node, Paragraph as Paragraph
+from cspcheck.cspm.syntax.tree import Assertion, Declaration, NameDeclaration, Node, Paragraph as Paragraph
 
 
 class Term(Node):
@@ -62,7 +62,7 @@ class Grouped(Term):
 class Operator(Term):
     """An operator of the toolkit applied to its operands: ``a + b``, ``dom f``, ``s ^ t``, ``p and q``, ``r~``.
 
-    ``name`` is canonical, see :mod:`cspm.oz.operators`.
+    ``name`` is canonical, see :mod:`cspcheck.cspm.oz.reading.operators`.
     """
 
     name: str

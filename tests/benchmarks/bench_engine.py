@@ -20,10 +20,10 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from checker import jit
-from checker.network import Network
-from checker.packed import PackedNetwork, pack
-from checker.search import Exploration, explore
+from cspcheck.checker.kernels import jit
+from cspcheck.checker.network.network import Network
+from cspcheck.checker.packing.packed import PackedNetwork, pack
+from cspcheck.checker.search.exploration import Exploration, explore
 from tests.checker.vehicle import STATES, TRANSITIONS, vehicle
 
 REPOSITORY = Path(__file__).parent.parent.parent

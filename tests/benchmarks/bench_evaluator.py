@@ -11,8 +11,8 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from cspm.script import load
-from cspm.source import Source
+from cspcheck.cspm.script import load
+from cspcheck.cspm.source import Source
 
 SCRIPT = r"""
 sieve(<>) = <>

@@ -16,7 +16,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from codegen.runtime import Channel, Fair, Integers, Program, Record, Runner, Task
+from cspcheck.codegen.runtime import Channel, Fair, Integers, Program, Record, Runner, Task
 
 EVENTS = 50_000
 RUNS = 3

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 
 from hypothesis import strategies as st
 
-from checker.lts import Lts
-from cspm.events import TAU, TICK
+from cspcheck.checker.lts import Lts
+from cspcheck.cspm.process.events import TAU, TICK
 
 A, B, C = 2, 3, 4
 Rows = list[set[tuple[int, int]]]

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import count
 
-from checker.interpretation import Interpretation
-from checker.lts import Lts
-from checker.network import Network
+from cspcheck.checker.lts import Lts
+from cspcheck.checker.network.interpretation import Interpretation
+from cspcheck.checker.network.network import Network
 
 Rows = list[set[tuple[int, int]]]
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from hypothesis import strategies as st
 
-from checker.lts import Lts
-from checker.network import Network, Rule, Slot, Switch
-from cspm.events import FIRST_EVENT, TAU, TICK
-from cspm.process import Stop
+from cspcheck.checker.lts import Lts
+from cspcheck.checker.network.network import Network, Rule, Slot, Switch
+from cspcheck.cspm.process.events import FIRST_EVENT, TAU, TICK
+from cspcheck.cspm.process.terms import Stop
 
 State = tuple[int, tuple[int, ...]]
 """The format and the local states."""
@@ -220,10 +220,10 @@ class Explorer:
 
 def small_buffers(monkeypatch: pytest.MonkeyPatch) -> None:
     """Have the search do with small networks what it does with large ones."""
-    monkeypatch.setattr("checker.level_search.PARALLEL_ROWS", 1)
-    monkeypatch.setattr("checker.level_search.CAPACITY", 8)
-    monkeypatch.setattr("checker.level_search.SMALL_CAPACITY", 2)
-    monkeypatch.setattr("checker.level_search.SHARED_CAPACITY", 2)
-    monkeypatch.setattr("checker.expansion.CAPACITY", 4)
-    monkeypatch.setattr("checker.expansion.SMALL_CAPACITY", 1)
-    monkeypatch.setattr("checker.parallel_search.CLAIMED", 3)
+    monkeypatch.setattr("cspcheck.checker.search.levels.PARALLEL_ROWS", 1)
+    monkeypatch.setattr("cspcheck.checker.search.levels.CAPACITY", 8)
+    monkeypatch.setattr("cspcheck.checker.search.levels.SMALL_CAPACITY", 2)
+    monkeypatch.setattr("cspcheck.checker.search.levels.SHARED_CAPACITY", 2)
+    monkeypatch.setattr("cspcheck.checker.search.expansion.CAPACITY", 4)
+    monkeypatch.setattr("cspcheck.checker.search.expansion.SMALL_CAPACITY", 1)
+    monkeypatch.setattr("cspcheck.checker.search.crew.CLAIMED", 3)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from cspm.events import EventSet
-from cspm.process import AlphabetisedParallel, Definition, Prefix, Process, Reference, prefix
+from cspcheck.cspm.process.events import EventSet
+from cspcheck.cspm.process.terms import AlphabetisedParallel, Definition, Prefix, Process, Reference, prefix
 
 STEPS = 6
 """Take left, take right, eat, put right, put left, think."""

@@ -16,8 +16,8 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from cspm.events import FIRST_EVENT, EventSet, EventTable
-from cspm.process import (
+from cspcheck.cspm.process.events import FIRST_EVENT, EventSet, EventTable
+from cspcheck.cspm.process.terms import (
     DIV,
     SKIP,
     STOP,
@@ -49,7 +49,7 @@ from cspm.process import (
     SynchronisingInterrupt,
     Throw,
 )
-from cspm.process_text import describe
+from cspcheck.cspm.process.text import describe
 
 Operators = frozenset[type[Process]]
 

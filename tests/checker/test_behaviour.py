@@ -8,18 +8,18 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from checker.behaviour import Behaviour, local_event
-from checker.budget import Budget
-from checker.composition import compile_network
-from checker.machines import Machines
-from checker.packed import PackedNetwork, pack
-from checker.paths import Step, shortest_path, tau_loop
-from checker.replay import ReplayFailure
-from checker.search import explore
-from checker.verdict import Counterexample, Limits
-from cspm.events import TAU, EventSet, EventTable, FieldDomain
-from cspm.process import DIV, SKIP, STOP, Definition, Prefix, Process, Reference
-from cspm.source import Source
+from cspcheck.checker.budget import Budget
+from cspcheck.checker.checks.store import Machines
+from cspcheck.checker.explain.behaviour import Behaviour, local_event
+from cspcheck.checker.explain.replay import ReplayFailure
+from cspcheck.checker.network.compiler import compile_network
+from cspcheck.checker.packing.packed import PackedNetwork, pack
+from cspcheck.checker.search.exploration import explore
+from cspcheck.checker.search.paths import Step, shortest_path, tau_loop
+from cspcheck.checker.verdict import Counterexample, Limits
+from cspcheck.cspm.process.events import TAU, EventSet, EventTable, FieldDomain
+from cspcheck.cspm.process.terms import DIV, SKIP, STOP, Definition, Prefix, Process, Reference
+from cspcheck.cspm.source import Source
 from tests.checker import explicit
 from tests.checker.terms import compositions, processes, reference
 from tests.checker.textbook import (

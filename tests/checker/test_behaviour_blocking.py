@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 from hypothesis import given, settings
 
-from checker.blocking import blocked, shortest_cycle
-from checker.composition import compile_network
-from checker.running import Runner
-from checker.waiting import waiting
-from cspm.process import SKIP, STOP, LinkedParallel, Process, Rename
+from cspcheck.checker.explain.blocked_slots import blocked, shortest_cycle
+from cspcheck.checker.explain.blocked_terms import waiting
+from cspcheck.checker.explain.running import Runner
+from cspcheck.checker.network.compiler import compile_network
+from cspcheck.cspm.process.terms import SKIP, STOP, LinkedParallel, Process, Rename
 from tests.checker.terms import compositions, reference
 from tests.checker.textbook import a, b, c, choose, d, events, forever, hidden, interleave, meet, sequence, share, then
 

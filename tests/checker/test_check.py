@@ -8,11 +8,11 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from checker import machines
-from checker.budget import Budget, Incomplete
-from checker.check import Checker
-from checker.verdict import Limits, Outcome, Verdict
-from cspm.process import DIV, STOP, Chaos, Prefix, Process, Reference, Run
+from cspcheck.checker.budget import Budget, Incomplete
+from cspcheck.checker.check import Checker
+from cspcheck.checker.checks import store as machines
+from cspcheck.checker.verdict import Limits, Outcome, Verdict
+from cspcheck.cspm.process.terms import DIV, STOP, Chaos, Prefix, Process, Reference, Run
 from tests.checker.terms import compositions, processes, reference
 from tests.checker.textbook import (
     a,

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from checker.check import Checker
-from checker.verdict import Limits, Outcome, Verdict
-from cspm.diagnostics import ScriptError
-from cspm.script import Script, load
-from cspm.source import Source
+from cspcheck.checker.check import Checker
+from cspcheck.checker.verdict import Limits, Outcome, Verdict
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.script import Script, load
+from cspcheck.cspm.source import Source
 
 
 def script(text: str) -> Script:

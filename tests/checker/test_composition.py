@@ -7,12 +7,12 @@ from collections.abc import Callable
 import pytest
 from hypothesis import assume, currently_in_test_context, given, note, settings, strategies as st
 
-from checker.composition import Compiler, compile_network
-from checker.network import Network, Rule
-from checker.transitions import LimitReached, explore
-from checker.verdict import Limits
-from cspm.events import TAU, TICK, EventSet
-from cspm.process import (
+from cspcheck.checker.network.compiler import Compiler, compile_network
+from cspcheck.checker.network.network import Network, Rule
+from cspcheck.checker.semantics.transitions import LimitReached, explore
+from cspcheck.checker.verdict import Limits
+from cspcheck.cspm.process.events import TAU, TICK, EventSet
+from cspcheck.cspm.process.terms import (
     SKIP,
     STOP,
     AlphabetisedParallel,

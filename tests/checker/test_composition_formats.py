@@ -5,16 +5,16 @@ from __future__ import annotations
 import pytest
 from hypothesis import assume, event, given, settings, strategies as st
 
-from checker import placement
-from checker.components import Machines
-from checker.composition import compile_network
-from checker.formats import Formats
-from checker.network import Network, Rule, Switch
-from checker.placement import network_of
-from checker.shapes import Ambiguous, Unsuited
-from checker.transitions import Semantics
-from cspm.events import TAU, TICK, EventSet
-from cspm.process import (
+from cspcheck.checker.network import placement
+from cspcheck.checker.network.compiler import compile_network
+from cspcheck.checker.network.components import Machines
+from cspcheck.checker.network.formats import Formats
+from cspcheck.checker.network.network import Network, Rule, Switch
+from cspcheck.checker.network.placement import network_of
+from cspcheck.checker.network.shapes import Ambiguous, Unsuited
+from cspcheck.checker.semantics.transitions import Semantics
+from cspcheck.cspm.process.events import TAU, TICK, EventSet
+from cspcheck.cspm.process.terms import (
     SKIP,
     STOP,
     ExternalChoice,

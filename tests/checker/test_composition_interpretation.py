@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from checker.interpretation import Interpretation, interpret, participants
-from checker.lts import Lts
-from checker.network import Network, Rule, Slot, Switch
-from cspm.events import TAU
+from cspcheck.checker.lts import Lts
+from cspcheck.checker.network.interpretation import Interpretation, interpret, participants
+from cspcheck.checker.network.network import Network, Rule, Slot, Switch
+from cspcheck.cspm.process.events import TAU
 
 a, b, c = 2, 3, 4
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from checker import actions
-from checker.composition import Compiler, compile_network
-from checker.transitions import LimitReached
-from checker.verdict import Limits
-from cspm.diagnostics import Diagnostic, ScriptError
-from cspm.events import EventSet
-from cspm.process import (
+from cspcheck.checker.network import actions
+from cspcheck.checker.network.compiler import Compiler, compile_network
+from cspcheck.checker.semantics.transitions import LimitReached
+from cspcheck.checker.verdict import Limits
+from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
+from cspcheck.cspm.process.events import EventSet
+from cspcheck.cspm.process.terms import (
     SKIP,
     STOP,
     Definition,

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from checker.composition import compile_network
-from checker.transitions import LimitReached
-from checker.verdict import Limits
-from cspm import script
-from cspm.diagnostics import MISTAKES, ScriptError
-from cspm.source import Source
-from cspm.syntax import Property
+from cspcheck.checker.network.compiler import compile_network
+from cspcheck.checker.semantics.transitions import LimitReached
+from cspcheck.checker.verdict import Limits
+from cspcheck.cspm import script
+from cspcheck.cspm.diagnostics import MISTAKES, ScriptError
+from cspcheck.cspm.source import Source
+from cspcheck.cspm.syntax.tree import Property
 
 CODES = ["CSP501", "CSP502", "CSP503", "CSP504", "CSP505", "CSP506"]
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from checker import along
-from checker.check import Checker
-from checker.compression import COMPRESSIONS
-from checker.verdict import Outcome, Verdict
-from cspm.process import SKIP, STOP, Compressed, Hide, Process, Rename
+from cspcheck.checker.check import Checker
+from cspcheck.checker.checks import along
+from cspcheck.checker.reduction.compression import COMPRESSIONS
+from cspcheck.checker.verdict import Outcome, Verdict
+from cspcheck.cspm.process.terms import SKIP, STOP, Compressed, Hide, Process, Rename
 from tests.checker.explicit import refinement_violation
 from tests.checker.terms import compositions, processes, told
 from tests.checker.test_check import questions
@@ -94,8 +94,8 @@ def visible(outcome: Outcome) -> list[str]:
 
 def explicit_rows(on: Checker, process: Process) -> list[set[tuple[int, int]]]:
     """The machine of a process as the engine searches it."""
-    from checker.budget import Budget
-    from checker.verdict import Limits
+    from cspcheck.checker.budget import Budget
+    from cspcheck.checker.verdict import Limits
 
     lts = on._machines.lts(process, Budget(Limits()))
     assert lts.root == 0

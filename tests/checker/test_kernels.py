@@ -14,11 +14,12 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
-from checker import jit, kernels, level_search, parallel_search, reserve, visited
-from checker.jit import Kernels
-from checker.packed import pack
-from checker.search import explore
-from checker.visited import Visited
+from cspcheck.checker.kernels import jit, table as kernels
+from cspcheck.checker.kernels.jit import Kernels
+from cspcheck.checker.packing.packed import pack
+from cspcheck.checker.search import crew as parallel_search, levels as level_search, reserve, visited
+from cspcheck.checker.search.exploration import explore
+from cspcheck.checker.search.visited import Visited
 from tests.checker.vehicle import PROCESSES, cycle, synchronised
 
 Row = tuple[int, ...]

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from checker import normaliser
-from checker.acceptances import divergent_states
-from checker.lts import Lts
-from checker.normal_form import NormalForm
-from checker.normalisation import is_deterministic, minimised, normalise
-from checker.normaliser import Normaliser
-from cspm.events import TAU, TICK
+from cspcheck.checker.lts import Lts
+from cspcheck.checker.specification import normaliser
+from cspcheck.checker.specification.acceptances import divergent_states
+from cspcheck.checker.specification.normal_form import NormalForm
+from cspcheck.checker.specification.normalisation import is_deterministic, minimised, normalise
+from cspcheck.checker.specification.normaliser import Normaliser
+from cspcheck.cspm.process.events import TAU, TICK
 from tests.checker import explicit
 from tests.checker.explicit import A, B, C, Rows, lts, machines
 

@@ -7,11 +7,11 @@ from collections.abc import Iterable, Iterator
 import pytest
 from hypothesis import assume, given, settings
 
-from checker import observations
-from checker.check import Checker
-from checker.verdict import Outcome, Verdict
-from cspm.events import TAU, TICK
-from cspm.process import DIV, SKIP, STOP, Compressed, Process
+from cspcheck.checker.check import Checker
+from cspcheck.checker.specification import observations
+from cspcheck.checker.verdict import Outcome, Verdict
+from cspcheck.cspm.process.events import TAU, TICK
+from cspcheck.cspm.process.terms import DIV, SKIP, STOP, Compressed, Process
 from tests.checker.explicit import A, B, Rows, closure, diverges, terminated
 from tests.checker.terms import compositions, processes, told
 from tests.checker.textbook import a, b, c, checker, choose, forever, interleave, perhaps, rows_of, then, timeout

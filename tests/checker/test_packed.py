@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from checker.kernel_tables import MAY_BRANCH, MAY_REPEAT, WORD_BITS, Index
-from checker.layout import lay_out
-from checker.lts import Lts
-from checker.network import Network, Rule, Slot, Switch
-from checker.packed import PackedNetwork, pack
-from checker.search import explore, successors
-from checker.verdict import Limits
-from cspm.events import FIRST_EVENT, TAU, TICK
+from cspcheck.checker.kernels.arrays import MAY_BRANCH, MAY_REPEAT, WORD_BITS, Index
+from cspcheck.checker.lts import Lts
+from cspcheck.checker.network.network import Network, Rule, Slot, Switch
+from cspcheck.checker.packing.layout import lay_out
+from cspcheck.checker.packing.packed import PackedNetwork, pack
+from cspcheck.checker.search.exploration import explore, successors
+from cspcheck.checker.verdict import Limits
+from cspcheck.cspm.process.events import FIRST_EVENT, TAU, TICK
 from tests.checker.networks import Explorer, networks, slot, wide_slot
 from tests.checker.vehicle import cycle, synchronised, vehicle
 
@@ -111,7 +111,7 @@ class TestIndex:
         self, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         packed = pack(vehicle())
-        monkeypatch.setattr("checker.packed.LISTED", 100)
+        monkeypatch.setattr("cspcheck.checker.packing.packed.LISTED", 100)
         apart = pack(vehicle())
         assert len(packed.visible.word) == 4
         assert len(apart.visible.word) > 8

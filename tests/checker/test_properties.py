@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from checker.verdict import Outcome, Verdict
-from cspm.process import DIV, SKIP, STOP, Chaos, Process, Run
+from cspcheck.checker.verdict import Outcome, Verdict
+from cspcheck.cspm.process.terms import DIV, SKIP, STOP, Chaos, Process, Run
 from tests.checker import explicit
 from tests.checker.terms import compositions, processes
 from tests.checker.textbook import (

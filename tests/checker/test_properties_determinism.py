@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from checker.acceptances import divergent_states
-from checker.verdict import Outcome, Verdict
-from cspm.process import DIV, SKIP, STOP, Chaos, Process, Rename, Run
+from cspcheck.checker.specification.acceptances import divergent_states
+from cspcheck.checker.verdict import Outcome, Verdict
+from cspcheck.cspm.process.terms import DIV, SKIP, STOP, Chaos, Process, Rename, Run
 from tests.checker import explicit
 from tests.checker.explicit import lts
 from tests.checker.terms import BASIC, STATIC, compositions, processes
@@ -129,7 +129,7 @@ def test_a_deterministic_process_is_equivalent_to_its_candidate(process: Process
     machine = lts(rows)
     if divergent_states(machine).any() or explicit.first_nondeterminism(rows) is not None:
         return
-    from checker.determinism import candidate
+    from cspcheck.checker.checks.determinism import candidate
 
     chosen = candidate(machine)
     for trace in explicit.traces(rows, 4):

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from checker.verdict import Verdict
-from cspm.events import TICK
-from cspm.process import DIV, SKIP, STOP, Buffer, Chaos, Process, Rename, Run
+from cspcheck.checker.verdict import Verdict
+from cspcheck.cspm.process.events import TICK
+from cspcheck.cspm.process.terms import DIV, SKIP, STOP, Buffer, Chaos, Process, Rename, Run
 from tests.checker import explicit
 from tests.checker.terms import compositions, processes
 from tests.checker.textbook import (

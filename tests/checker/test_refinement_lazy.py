@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from checker.budget import Incomplete
-from checker.lazy_specification import FOREIGN, LazySpecification
-from checker.verdict import Verdict
-from cspm.process import DIV, STOP, Buffer, Prefix, Process, Reference
+from cspcheck.checker.budget import Incomplete
+from cspcheck.checker.specification.lazy import FOREIGN, LazySpecification
+from cspcheck.checker.verdict import Verdict
+from cspcheck.cspm.process.terms import DIV, STOP, Buffer, Prefix, Process, Reference
 from tests.checker import explicit
 from tests.checker.terms import compositions, processes, reference
 from tests.checker.textbook import a, b, c, checker, choose, d, forever, identifiers, perhaps, rows_of, then

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from hypothesis import given, settings, strategies as st
 
-from checker.derivation import Derivation, derive
-from checker.head_normal import active
-from checker.running import Component, Runner, Running, distinct_names
-from checker.transitions import MoreStates, Semantics, breadth_first
-from cspm.events import TAU, TICK
-from cspm.process import SKIP, STOP, Hide, Interrupt, LinkedParallel, Process, Rename, Throw
+from cspcheck.checker.explain.running import Component, Runner, Running, distinct_names
+from cspcheck.checker.semantics.derivation import Derivation, derive
+from cspcheck.checker.semantics.head_normal import active
+from cspcheck.checker.semantics.transitions import MoreStates, Semantics, breadth_first
+from cspcheck.cspm.process.events import TAU, TICK
+from cspcheck.cspm.process.terms import SKIP, STOP, Hide, Interrupt, LinkedParallel, Process, Rename, Throw
 from tests.checker.terms import compositions, layered, processes, reference
 from tests.checker.textbook import a, b, c, choose, d, events, forever, hidden, interleave, sequence, share, then
 

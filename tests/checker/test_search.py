@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
-from checker.network import Network
-from checker.packed import PackedNetwork, pack
-from checker.search import Exploration, enabled, explore, successors
-from checker.verdict import Limits
-from cspm.events import TAU
+from cspcheck.checker.network.network import Network
+from cspcheck.checker.packing.packed import PackedNetwork, pack
+from cspcheck.checker.search.exploration import Exploration, enabled, explore, successors
+from cspcheck.checker.verdict import Limits
+from cspcheck.cspm.process.events import TAU
 from tests.checker.networks import Explorer, State, networks, small_buffers
 
 ANY = st.one_of(networks(), networks(most_formats=3), networks(padding=4, most_slots=2), networks(taus=False))

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
-from checker.network import Network
-from checker.normal_form import NormalForm, Semantics
-from checker.normalisation import Normaliser, normalise
-from checker.packed import pack
-from checker.pair_search import PairExploration, explore_pairs
-from checker.search import explore
-from cspm.events import TAU, TICK
+from cspcheck.checker.network.network import Network
+from cspcheck.checker.packing.packed import pack
+from cspcheck.checker.search.exploration import explore
+from cspcheck.checker.search.pair_search import PairExploration, explore_pairs
+from cspcheck.checker.specification.normal_form import NormalForm, Semantics
+from cspcheck.checker.specification.normalisation import Normaliser, normalise
+from cspcheck.cspm.process.events import TAU, TICK
 from tests.checker import explicit
 from tests.checker.networks import Explorer, State, networks, small_buffers
 

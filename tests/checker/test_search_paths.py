@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, assume, given, settings, strategies as st
 
-from checker.network import Network
-from checker.packed import PackedNetwork, pack
-from checker.paths import Step, shortest_path, tau_loop
-from checker.search import Exploration, explore
-from cspm.events import TAU
+from cspcheck.checker.network.network import Network
+from cspcheck.checker.packing.packed import PackedNetwork, pack
+from cspcheck.checker.search.exploration import Exploration, explore
+from cspcheck.checker.search.paths import Step, shortest_path, tau_loop
+from cspcheck.cspm.process.events import TAU
 from tests.checker.networks import Explorer, State, networks, small_buffers
 from tests.checker.vehicle import cycle, synchronised
 

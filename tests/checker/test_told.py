@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from hypothesis import given, settings, strategies as st
 
-from checker.specification_run import specification_run
-from checker.verdict import Counterexample
-from cspm.events import TICK
-from cspm.process import SKIP, STOP, Process
+from cspcheck.checker.explain.specification_run import specification_run
+from cspcheck.checker.verdict import Counterexample
+from cspcheck.cspm.process.events import TICK
+from cspcheck.cspm.process.terms import SKIP, STOP, Process
 from tests.checker.terms import compositions, layered, processes, reference
 from tests.checker.textbook import (
     EVENTS,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from checker.transitions import explore, transitions
-from cspm.events import TAU, TICK, EventSet
-from cspm.process import (
+from cspcheck.checker.semantics.transitions import explore, transitions
+from cspcheck.cspm.process.events import TAU, TICK, EventSet
+from cspcheck.cspm.process.terms import (
     DIV,
     SKIP,
     STOP,

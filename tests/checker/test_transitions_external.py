@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 from hypothesis import assume, given, settings, strategies as st
 
-from checker.transitions import LimitReached, explore, transitions
-from checker.verdict import Limits, Verdict
-from cspm.diagnostics import ScriptError
-from cspm.events import TAU, TICK, EventSet
-from cspm.process import (
+from cspcheck.checker.semantics.transitions import LimitReached, explore, transitions
+from cspcheck.checker.verdict import Limits, Verdict
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.process.events import TAU, TICK, EventSet
+from cspcheck.cspm.process.terms import (
     DIV,
     SKIP,
     STOP,
@@ -119,12 +119,12 @@ class TestDeter:
 
 class TestLoop:
     def test_it_begins_again_after_each_end(self) -> None:
-        from cspm.script import load
-        from cspm.source import Source
+        from cspcheck.cspm.script import load
+        from cspcheck.cspm.source import Source
 
         script = load(Source("loop.csp", "channel a, b\nexternal loop\nP = a -> b -> SKIP\nQ = a -> b -> Q"))
         looping = script.assertion("loop(P) [FD= Q").node
-        from checker.check import Checker
+        from cspcheck.checker.check import Checker
 
         assert Checker(script).check(looping).verdict is Verdict.PASS
         assert Checker(script).check(script.assertion("Q [FD= loop(P)").node).verdict is Verdict.PASS

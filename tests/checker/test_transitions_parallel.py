@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 from hypothesis import assume, given, settings
 
-from checker.transitions import LimitReached, explore, transitions
-from checker.verdict import Limits
-from cspm.events import TAU, TICK, EventSet
-from cspm.process import (
+from cspcheck.checker.semantics.transitions import LimitReached, explore, transitions
+from cspcheck.checker.verdict import Limits
+from cspcheck.cspm.process.events import TAU, TICK, EventSet
+from cspcheck.cspm.process.terms import (
     SKIP,
     STOP,
     TERMINATED,

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from checker import head_normal
-from checker.head_normal import HeadNormalForms
-from checker.transitions import LimitReached, Semantics, explore, transitions
-from checker.verdict import Limits
-from cspm.diagnostics import Diagnostic, ScriptError
-from cspm.events import TAU, EventSet
-from cspm.process import (
+from cspcheck.checker.semantics import head_normal
+from cspcheck.checker.semantics.head_normal import HeadNormalForms
+from cspcheck.checker.semantics.transitions import LimitReached, Semantics, explore, transitions
+from cspcheck.checker.verdict import Limits
+from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
+from cspcheck.cspm.process.events import TAU, EventSet
+from cspcheck.cspm.process.terms import (
     SKIP,
     STOP,
     Definition,
@@ -27,7 +27,7 @@ from cspm.process import (
     Throw,
     prefix,
 )
-from cspm.source import Source, Span
+from cspcheck.cspm.source import Source, Span
 from tests.checker.terms import reference
 
 a, b, c = 2, 3, 4

@@ -6,11 +6,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from checker.check import Checker
-from checker.transitions import explore
-from checker.verdict import Limits
-from cspm.events import EventSet, EventTable
-from cspm.process import (
+from cspcheck.checker.check import Checker
+from cspcheck.checker.semantics.transitions import explore
+from cspcheck.checker.verdict import Limits
+from cspcheck.cspm.process.events import EventSet, EventTable
+from cspcheck.cspm.process.terms import (
     AlphabetisedParallel,
     ExternalChoice,
     Hide,

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Set as AbstractSet
 
-from checker.lts import Lts
-from checker.network import Network, Rule, Slot
-from cspm.events import FIRST_EVENT, TAU, TICK
-from cspm.process import Stop
+from cspcheck.checker.lts import Lts
+from cspcheck.checker.network.network import Network, Rule, Slot
+from cspcheck.cspm.process.events import FIRST_EVENT, TAU, TICK
+from cspcheck.cspm.process.terms import Stop
 
 STATES = 2_519_424
 TRANSITIONS = 23_549_616

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from hypothesis import strategies as st
 
-from codegen.runtime import ANY, Channel, Integers, Record, Task, one_of
+from cspcheck.codegen.runtime import ANY, Channel, Integers, Record, Task, one_of
 
 VALUES = range(3)
 Move = tuple[int, int | frozenset[int] | None, int]

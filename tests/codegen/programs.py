@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 import cspcheck
-from codegen.design.pieces import InternalChoice
-from codegen.design.program import design
-from codegen.emit.keeping import write
-from codegen.emit.project import project
-from codegen.runtime import Deadlock, Program, Randomly, Record, VirtualClock
 from cspcheck import testing
+from cspcheck.codegen.design.pieces import InternalChoice
+from cspcheck.codegen.design.program import design
+from cspcheck.codegen.emit.keeping import write
+from cspcheck.codegen.emit.project import project
+from cspcheck.codegen.runtime import Deadlock, Program, Randomly, Record, VirtualClock
 
 SPECS = Path(__file__).resolve().parents[2] / "specs"
 

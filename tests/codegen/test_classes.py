@@ -10,9 +10,10 @@ from typing import Any
 import pytest
 
 import cspcheck
-from codegen.design.program import design
-from codegen.emit.project import project
-from codegen.runtime import (
+from cspcheck import testing
+from cspcheck.codegen.design.program import design
+from cspcheck.codegen.emit.project import project
+from cspcheck.codegen.runtime import (
     BOOLEANS,
     Channel,
     ClassTask,
@@ -30,7 +31,6 @@ from codegen.runtime import (
     WrongOffer,
     contracts,
 )
-from cspcheck import testing
 from tests.codegen.programs import SPECS, followed, generate, loaded
 
 PRODUCER_CONSUMER = (SPECS / "producer_consumer" / "classes.csp").read_text()

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 import cspcheck
-from codegen.design.program import candidates, design
-from codegen.emit.project import project
-from codegen.runtime import Memory, Program, Randomly, VirtualClock
 from cspcheck import testing
+from cspcheck.codegen.design.program import candidates, design
+from cspcheck.codegen.emit.project import project
+from cspcheck.codegen.runtime import Memory, Program, Randomly, VirtualClock
 from tests.codegen.programs import EXAMPLES, SPECS, followed, generate, loaded
 
 DEADLOCKING = {"Symmetric", "Election"}
@@ -182,7 +182,7 @@ def test_an_edited_program_that_departs_is_found_out(tmp_path: Path) -> None:
 
 
 def test_a_program_needs_nothing_but_the_standard_library() -> None:
-    code = "import sys, codegen.runtime; print(*sorted({name.partition('.')[0] for name in sys.modules}))"
+    code = "import sys, cspcheck.codegen.runtime; print(*sorted({name.partition('.')[0] for name in sys.modules}))"
     done = subprocess.run([sys.executable, "-S", "-c", code], capture_output=True, text=True, cwd=SPECS.parent)
     loaded_modules = set(done.stdout.split())
     assert "codegen" in loaded_modules

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 import cspcheck
-from codegen.design.program import design
-from codegen.emit.keeping import LIST, Written, orphans, write
-from codegen.emit.project import Project, project
+from cspcheck.codegen.design.program import design
+from cspcheck.codegen.emit.keeping import LIST, Written, orphans, write
+from cspcheck.codegen.emit.project import Project, project
 
 ONE = """
 channel link : {0..3}

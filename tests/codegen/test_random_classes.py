@@ -8,7 +8,7 @@ from pathlib import Path
 from hypothesis import assume, event, given, settings, strategies as st
 
 import cspcheck
-from codegen.runtime import Deadlock, Program, Randomly, VirtualClock
+from cspcheck.codegen.runtime import Deadlock, Program, Randomly, VirtualClock
 from tests.codegen.programs import Both, generate, loaded
 from tests.codegen.test_random_scripts import Kept
 

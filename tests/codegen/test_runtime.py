@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from codegen.runtime import (
+from cspcheck.codegen.runtime import (
     ANY,
     Channel,
     Deadlock,

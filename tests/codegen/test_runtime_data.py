@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import pytest
 
-from codegen.runtime import (
+from cspcheck.codegen.runtime import (
     BOOLEANS,
     Constructed,
     DataType,

@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from codegen.runtime import Channel, Deadlock, Memory, Program, Runner, Task, VirtualClock
+from cspcheck.codegen.runtime import Channel, Deadlock, Memory, Program, Runner, Task, VirtualClock
 
 RUNNERS: tuple[Runner, ...] = ("threads", "asyncio", "loop")
 

@@ -7,10 +7,17 @@ from pathlib import Path
 
 import pytest
 
-from checker.verdict import BrokenObligation, ComponentBehaviour, Counterexample, Outcome, SpecificationRun, Verdict
+from cspcheck.checker.verdict import (
+    BrokenObligation,
+    ComponentBehaviour,
+    Counterexample,
+    Outcome,
+    SpecificationRun,
+    Verdict,
+)
+from cspcheck.cspm.diagnostics import Diagnostic, Label, Severity
+from cspcheck.cspm.source import Source, Span
 from cspcheck.result import Result, Summary
-from cspm.diagnostics import Diagnostic, Label, Severity
-from cspm.source import Source, Span
 
 SCRIPT = """\
 channel a, b, c : {0..1}

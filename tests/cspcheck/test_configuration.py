@@ -9,9 +9,9 @@ import pytest
 
 from cspcheck.cli import run
 from cspcheck.configuration import KEYS, Configuration, configuration_for
+from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.report.diagnostics import render_diagnostics
 from cspcheck.report.style import PLAIN
-from cspm.diagnostics import ScriptError
 
 SCRIPT = """\
 N = 3

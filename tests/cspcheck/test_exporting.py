@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from checker.bisimulation import strong_bisimulation
-from checker.check import Checker
-from checker.transitions import explore
+from cspcheck.checker.check import Checker
+from cspcheck.checker.reduction.bisimulation import strong_bisimulation
+from cspcheck.checker.semantics.transitions import explore
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.script import Script, Semantics, load
+from cspcheck.cspm.source import Source
 from cspcheck.exporting import plain_text
-from cspm.diagnostics import ScriptError
-from cspm.script import Script, Semantics, load
-from cspm.source import Source
 
 PRODUCER = Path(__file__).parents[2] / "specs" / "producer_consumer" / "requirement.csp"
 

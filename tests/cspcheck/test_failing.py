@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from syrupy.assertion import SnapshotAssertion
 
-from checker.verdict import Verdict
+from cspcheck.checker.verdict import Verdict
 from cspcheck.cli import run
 from cspcheck.report.style import columns
 

@@ -78,7 +78,7 @@ class TestFollowing:
             assert followed == bool(script.check(f"{process} :[has trace]: <{', '.join(events)}>"))
 
     def test_a_live_run_is_stopped_where_it_departs(self, buffer: cspcheck.Script) -> None:
-        from codegen.runtime import Channel, Integers, Program, Task
+        from cspcheck.codegen.runtime import Channel, Integers, Program, Task
 
         left, right = (Channel(name, [Integers(0, 2)], parties=["B"]) for name in ("left", "right"))
 

@@ -30,9 +30,19 @@ BROKEN = "channel a\nP = b -> P\nassert P :[deadlock free]\n"
 
 
 # A run of pytest within pytest forgets what it has imported, and our messages can be registered once only.
-for module in ("cspm.script", "cspm.inference", "checker.check", "cspcheck.api", "cspcheck.report.full"):
+for module in (
+    "cspcheck.cspm.script",
+    "cspcheck.cspm.typing.inference",
+    "cspcheck.checker.check",
+    "cspcheck.api",
+    "cspcheck.report.full",
+):
     import_module(module)
-for module in ("cspcheck.configuration", "cspm.oz.evaluating", "cspm.oz.latex_reader"):
+for module in (
+    "cspcheck.configuration",
+    "cspcheck.cspm.oz.processes.evaluating",
+    "cspcheck.cspm.oz.reading.latex_reader",
+):
     import_module(module)
 all_mistakes()
 
@@ -182,7 +192,7 @@ class TestOutcome:
         result.stdout.no_fnmatch_line("*Traceback*")
 
     def test_a_mistake_of_ours_says_so(self, place: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
-        from checker.check import Checker
+        from cspcheck.checker.check import Checker
 
         def broken(self: Checker, assertion: object) -> None:
             raise IndexError("list index out of range")

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from checker.verdict import Verdict
+from cspcheck.checker.verdict import Verdict
 from cspcheck.result import DEFAULT_MODELS, Exit, Result, exit_of, worst
 
 
@@ -44,6 +44,6 @@ def test_the_worst_wins() -> None:
 
 
 def test_the_models_in_force_are_those_of_the_checker() -> None:
-    from checker import check
+    from cspcheck.checker import check
 
     assert check._DEFAULT_MODELS == DEFAULT_MODELS

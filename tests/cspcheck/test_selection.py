@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from cspcheck.cspm.source import Source, Span
 from cspcheck.selection import EmptyFolder, Pattern, Target, select, targets
-from cspm.source import Source, Span
 
 
 @pytest.fixture

@@ -1,7 +1,7 @@
 """Hypothesis strategies for syntax trees and scripts, and comparisons that look through brackets.
 
-The trees obey what the concrete syntax can say (see :mod:`cspm.printer`) and nothing more: they have no meaning, and
-brackets stand at random where they are not needed and are missing where they are.
+The trees obey what the concrete syntax can say (see :mod:`cspcheck.cspm.printing.printer`) and nothing more: they
+have no meaning, and brackets stand at random where they are not needed and are missing where they are.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from typing import Any
 
 from hypothesis import HealthCheck, settings, strategies as st
 
-from cspm import syntax as s
-from cspm.source import Source
+from cspcheck.cspm.source import Source
+from cspcheck.cspm.syntax import tree as s
 
 EXAMPLES = int(os.environ.get("CSPCHECK_FUZZ", "5000"))
 """How many random inputs the fuzzing tests try together."""

@@ -6,9 +6,9 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from cspm.sets import set_of
-from cspm.thunks import Thunk
-from cspm.values import FALSE, TRUE, Map, Sequence
+from cspcheck.cspm.values.sets import set_of
+from cspcheck.cspm.values.thunks import Thunk
+from cspcheck.cspm.values.values import FALSE, TRUE, Map, Sequence
 
 integers = st.integers(-5, 20)
 booleans = st.sampled_from([FALSE, TRUE])

@@ -19,11 +19,12 @@ from pathlib import Path
 
 import pytest
 
-from cspm import process, syntax
-from cspm.diagnostics import Diagnostic, ScriptError
-from cspm.process import Process, Reference
-from cspm.process_text import describe
-from cspm.script import Script, load
+from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
+from cspcheck.cspm.process import terms as process
+from cspcheck.cspm.process.terms import Process, Reference
+from cspcheck.cspm.process.text import describe
+from cspcheck.cspm.script import Script, load
+from cspcheck.cspm.syntax import tree as syntax
 
 CORPUS = Path(__file__).parents[1] / "corpus"
 PASSING = sorted([*CORPUS.glob("names/pass/*.csp"), *CORPUS.glob("evaluate/pass/*.csp")])

@@ -13,11 +13,11 @@ from pathlib import Path
 
 import pytest
 
-from cspm.diagnostics import MISTAKES, ScriptError
-from cspm.formatter import format_source
-from cspm.parser import parse, read_source
-from cspm.printer import print_script
-from cspm.source import Source
+from cspcheck.cspm.diagnostics import MISTAKES, ScriptError
+from cspcheck.cspm.parsing.reading import parse, read_source
+from cspcheck.cspm.printing.formatter import format_source
+from cspcheck.cspm.printing.printer import print_script
+from cspcheck.cspm.source import Source
 
 CORPUS = Path(__file__).parents[1] / "corpus" / "parse"
 PASSING = sorted((CORPUS / "pass").glob("*.csp"))

@@ -9,10 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from cspm import names, parser
-from cspm.diagnostics import ScriptError
-from cspm.inference import Types, infer
-from cspm.script import load
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.naming import resolve as names
+from cspcheck.cspm.parsing import reading as parser
+from cspcheck.cspm.script import load
+from cspcheck.cspm.typing.inference import Types, infer
 
 CORPUS = Path(__file__).parent.parent / "corpus" / "types"
 PASS = sorted((CORPUS / "pass").glob("*.csp"))

@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 from hypothesis import given, strategies as st
 
-from cspm.dots import DotList, Dotted, Event, completions, dot, extensions
-from cspm.failure import Failure
-from cspm.script import Script, load
-from cspm.source import Source
+from cspcheck.cspm.script import Script, load
+from cspcheck.cspm.source import Source
+from cspcheck.cspm.values.dots import DotList, Dotted, Event, completions, dot, extensions
+from cspcheck.cspm.values.failure import Failure
 
 DECLARATIONS = """
 datatype T = A | B.{0..1} | C.T2.Bool

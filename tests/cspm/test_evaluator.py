@@ -15,10 +15,10 @@ from unittest import mock
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from cspm.diagnostics import Diagnostic, ScriptError
-from cspm.evaluator import comprehensions, routines
-from cspm.script import Script, load
-from cspm.source import Source
+from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
+from cspcheck.cspm.evaluator import comprehensions, routines
+from cspcheck.cspm.script import Script, load
+from cspcheck.cspm.source import Source
 
 EXAMPLES = int(os.environ.get("CSPCHECK_FUZZ", "150"))
 Meaning = Callable[[dict[str, Any]], Any]

@@ -6,11 +6,11 @@ import os
 
 from hypothesis import given, settings, strategies as st
 
-from cspm.diagnostics import ScriptError
-from cspm.prelude import BUILTINS, EXTERNAL, TRANSPARENT
-from cspm.process import Process, Reference
-from cspm.script import Script, load
-from cspm.source import Source
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.prelude import BUILTINS, EXTERNAL, TRANSPARENT
+from cspcheck.cspm.process.terms import Process, Reference
+from cspcheck.cspm.script import Script, load
+from cspcheck.cspm.source import Source
 
 EXAMPLES = int(os.environ.get("CSPCHECK_FUZZ", "400"))
 

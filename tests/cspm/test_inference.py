@@ -6,12 +6,14 @@ import time
 
 import pytest
 
-from cspm import names, parser, syntax
-from cspm.diagnostics import MISTAKES, Diagnostic, ScriptError, Severity
-from cspm.inference import Types, infer, infer_assertion, infer_expression
-from cspm.messages import types as messages
-from cspm.source import Source
-from cspm.types import INT, PROC, resolve, show
+from cspcheck.cspm.diagnostics import MISTAKES, Diagnostic, ScriptError, Severity
+from cspcheck.cspm.naming import resolve as names
+from cspcheck.cspm.parsing import reading as parser
+from cspcheck.cspm.source import Source
+from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.typing import messages as messages
+from cspcheck.cspm.typing.inference import Types, infer, infer_assertion, infer_expression
+from cspcheck.cspm.typing.types import INT, PROC, resolve, show
 
 
 def typed(text: str) -> Types:

@@ -12,12 +12,12 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
-from cspm import script
-from cspm.diagnostics import ScriptError
-from cspm.inference import infer_expression
-from cspm.names import resolve_more
-from cspm.parser import parse_expression
-from cspm.source import Source
+from cspcheck.cspm import script
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.naming.resolve import resolve_more
+from cspcheck.cspm.parsing.reading import parse_expression
+from cspcheck.cspm.source import Source
+from cspcheck.cspm.typing.inference import infer_expression
 
 TEXT = """
 datatype T = A.{0..2} | B.Bool.T0 | C

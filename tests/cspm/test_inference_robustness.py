@@ -8,10 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from cspm import names, parser, syntax
-from cspm.diagnostics import MISTAKES, Diagnostic, ScriptError, Severity
-from cspm.inference import infer
-from cspm.source import Source
+from cspcheck.cspm.diagnostics import MISTAKES, Diagnostic, ScriptError, Severity
+from cspcheck.cspm.naming import resolve as names
+from cspcheck.cspm.parsing import reading as parser
+from cspcheck.cspm.source import Source
+from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.typing.inference import infer
 
 SCRIPTS = sorted((Path(__file__).parent.parent / "corpus" / "types").glob("*/*.csp"))
 WORD = re.compile(r"[A-Za-z][A-Za-z0-9_]*'*|\d+|<[^<>\n]{0,9}>|\{[^{}\n]{0,9}\}|[-+*/%^#?!$.]|==|<=|\[\]|->")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from cspm.lexer import KEYWORDS, Form, tokenise
-from cspm.source import Source
+from cspcheck.cspm.parsing.lexer import KEYWORDS, Form, tokenise
+from cspcheck.cspm.source import Source
 
 
 def kinds(text: str, *, form: Form = "script") -> str:

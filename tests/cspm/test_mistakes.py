@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-import cspm.messages.evaluation
-import cspm.messages.names  # noqa: F401 -- both register their mistakes
-from cspm.diagnostics import MISTAKES, ScriptError
-from cspm.script import load
-from cspm.source import Source
+from cspcheck.cspm.diagnostics import MISTAKES, ScriptError
+from cspcheck.cspm.script import load
+from cspcheck.cspm.source import Source
 from tests.cspm.test_corpus_evaluate import operands, unfold_all
 
 CODES = sorted(code for code in MISTAKES if code.startswith(("CSP2", "CSP4")))

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from cspm import syntax
-from cspm.diagnostics import ScriptError
-from cspm.evaluator.free import children
-from cspm.names import Names, Symbol, SymbolKind, resolve, resolve_more
-from cspm.parser import parse, parse_expression
-from cspm.source import Source
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.evaluator.free import children
+from cspcheck.cspm.naming.resolve import Names, Symbol, SymbolKind, resolve, resolve_more
+from cspcheck.cspm.parsing.reading import parse, parse_expression
+from cspcheck.cspm.source import Source
+from cspcheck.cspm.syntax import tree as syntax
 
 
 def tied(text: str) -> Names:

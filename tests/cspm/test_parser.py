@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 
-from cspm import syntax as s
-from cspm.parser import parse, parse_assertion, parse_expression, read_source
-from cspm.printer import print_script
-from cspm.source import Source, Span
+from cspcheck.cspm.parsing.reading import parse, parse_assertion, parse_expression, read_source
+from cspcheck.cspm.printing.printer import print_script
+from cspcheck.cspm.source import Source, Span
+from cspcheck.cspm.syntax import tree as s
 from tests.cspm.strategies_syntax import NOWHERE, scripts
 
 CORPUS = sorted((Path(__file__).parents[1] / "corpus" / "parse" / "pass").glob("*.csp"))

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from cspm.diagnostics import Diagnostic, ScriptError
-from cspm.formatter import format_source
-from cspm.parser import parse, parse_expression, read_source
-from cspm.printer import print_expression, print_script
-from cspm.source import Source
+from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
+from cspcheck.cspm.parsing.reading import parse, parse_expression, read_source
+from cspcheck.cspm.printing.formatter import format_source
+from cspcheck.cspm.printing.printer import print_expression, print_script
+from cspcheck.cspm.source import Source
 
 N = 3_000
 HUGE = 100_000

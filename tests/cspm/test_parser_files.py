@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from cspm import syntax as s
-from cspm.diagnostics import Diagnostic, ScriptError
-from cspm.parser import DEEPEST_INCLUDE, parse, read_source
-from cspm.source import Source
+from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
+from cspcheck.cspm.parsing.reading import DEEPEST_INCLUDE, parse, read_source
+from cspcheck.cspm.source import Source
+from cspcheck.cspm.syntax import tree as s
 
 
 def refusal(path: Path) -> Diagnostic:

@@ -9,13 +9,13 @@ from pathlib import Path
 
 from hypothesis import given, strategies as st
 
-from cspm import syntax as s
-from cspm.diagnostics import MISTAKES, ScriptError
-from cspm.formatter import format_source
-from cspm.lexer import tokenise
-from cspm.parser import decode, parse, parse_assertion, parse_expression
-from cspm.printer import print_script
-from cspm.source import Source
+from cspcheck.cspm.diagnostics import MISTAKES, ScriptError
+from cspcheck.cspm.parsing.lexer import tokenise
+from cspcheck.cspm.parsing.reading import decode, parse, parse_assertion, parse_expression
+from cspcheck.cspm.printing.formatter import format_source
+from cspcheck.cspm.printing.printer import print_script
+from cspcheck.cspm.source import Source
+from cspcheck.cspm.syntax import tree as s
 from tests.cspm.strategies_syntax import fuzz, scripts, without_brackets
 
 CORPUS = Path(__file__).parents[1] / "corpus"

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from cspm.diagnostics import MISTAKES, Diagnostic, ScriptError
-from cspm.parser import parse, parse_assertion, parse_expression
-from cspm.source import Source
+from cspcheck.cspm.diagnostics import MISTAKES, Diagnostic, ScriptError
+from cspcheck.cspm.parsing.reading import parse, parse_assertion, parse_expression
+from cspcheck.cspm.source import Source
 
 
 def mistakes(text: str) -> tuple[Diagnostic, ...]:

@@ -7,9 +7,9 @@ from itertools import pairwise
 import pytest
 from hypothesis import given, strategies as st
 
-from cspm import syntax as s
-from cspm.diagnostics import ScriptError
-from cspm.parser import parse_expression
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.parsing.reading import parse_expression
+from cspcheck.cspm.syntax import tree as s
 from tests.cspm.strategies_syntax import without_brackets
 
 # The operator table, tightest first: (operators, associativity).

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from cspm import parser_table
-from cspm.parser_table import GRAMMAR, compute, from_json, table
+from cspcheck.cspm.parsing import table as parser_table
+from cspcheck.cspm.parsing.table import GRAMMAR, compute, from_json, table
 
 PROGRAM = """
 import sys
-from cspm.parser import parse
-from cspm.source import Source
+from cspcheck.cspm.parsing.reading import parse
+from cspcheck.cspm.source import Source
 parse(Source("", "P = a -> P"))
 print("lark" in sys.modules)
 """
@@ -75,7 +75,7 @@ def test_a_conflict_in_the_grammar_is_refused() -> None:
 
 
 def test_every_action_of_the_grammar_has_its_method() -> None:
-    from cspm.parser_tree import Tree
+    from cspcheck.cspm.parsing.builder import Tree
 
     actions = {rule.action for rule in table().rules if rule.action} - {"nothing", "first", "more"}
     assert all(hasattr(Tree, action) for action in actions)

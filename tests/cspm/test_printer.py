@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from cspm import syntax as s
-from cspm.parser import parse, parse_assertion, parse_expression
-from cspm.printer import print_assertion, print_expression, print_script
-from cspm.source import Source
+from cspcheck.cspm.parsing.reading import parse, parse_assertion, parse_expression
+from cspcheck.cspm.printing.printer import print_assertion, print_expression, print_script
+from cspcheck.cspm.source import Source
+from cspcheck.cspm.syntax import tree as s
 from tests.cspm.strategies_syntax import assertions, expressions, patterns, types, without_brackets
 
 

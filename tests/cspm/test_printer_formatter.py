@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from cspm.diagnostics import ScriptError
-from cspm.formatter import format_source
-from cspm.parser import parse
-from cspm.source import Source
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.parsing.reading import parse
+from cspcheck.cspm.printing.formatter import format_source
+from cspcheck.cspm.source import Source
 
 BEFORE = """\
 -- The head of the script

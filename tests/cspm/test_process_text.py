@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from cspm.process_text import describe, describe_events
-from cspm.script import load
-from cspm.source import Source
+from cspcheck.cspm.process.text import describe, describe_events
+from cspcheck.cspm.script import load
+from cspcheck.cspm.source import Source
 
 SCRIPT = load(
     Source(

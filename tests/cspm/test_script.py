@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from cspm.diagnostics import ScriptError
-from cspm.events import EventSet
-from cspm.process import STOP, Prefix, Reference
-from cspm.script import Script, load
-from cspm.source import Source
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.process.events import EventSet
+from cspcheck.cspm.process.terms import STOP, Prefix, Reference
+from cspcheck.cspm.script import Script, load
+from cspcheck.cspm.source import Source
 
 TEXT = """
 channel a, b
@@ -248,9 +248,9 @@ def test_an_override_that_does_not_fit(name: str, expression: str, code: str, sa
 # --- nothing depends on chance -----------------------------------------------------------------------------------
 
 DETERMINISM = """
-from cspm.script import load
-from cspm.source import Source
-from cspm.process_text import describe
+from cspcheck.cspm.script import load
+from cspcheck.cspm.source import Source
+from cspcheck.cspm.process.text import describe
 loaded = load(Source("d.csp", '''
 channel c : {"b", "a", "ab"}.{<>, <'x'>}.Set({0, 1})
 datatype T = K.{"z", "y"} | L

@@ -12,13 +12,13 @@ from typing import Any
 
 from hypothesis import given, settings, strategies as st
 
-from cspm import syntax as s
-from cspm.diagnostics import MISTAKES, ScriptError
-from cspm.parser import decode
-from cspm.printer import print_script
-from cspm.process import Process, Reference
-from cspm.script import Script, load
-from cspm.source import Source
+from cspcheck.cspm.diagnostics import MISTAKES, ScriptError
+from cspcheck.cspm.parsing.reading import decode
+from cspcheck.cspm.printing.printer import print_script
+from cspcheck.cspm.process.terms import Process, Reference
+from cspcheck.cspm.script import Script, load
+from cspcheck.cspm.source import Source
+from cspcheck.cspm.syntax import tree as s
 from tests.cspm.strategies_syntax import fuzz, scripts
 from tests.cspm.test_corpus_evaluate import operands
 from tests.cspm.test_inference_robustness import WORD, scrambled

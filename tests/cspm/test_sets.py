@@ -9,14 +9,14 @@ from typing import Any, TypeVar
 import pytest
 from hypothesis import given, strategies as st
 
-from cspm.dots import ChannelHead, Channels
-from cspm.events import EventSet, EventTable
-from cspm.failure import Failure
-from cspm.set_algebra import difference, intersection, same, subset, union
-from cspm.sets import EMPTY_SET, EventsSet, FiniteSet, Range, Set, event_set, set_of
-from cspm.sets_symbolic import INTEGERS, Integers, Maps, Product, Sequences, Subsets
-from cspm.values import FALSE, TRUE, Map, Sequence
-from cspm.values_text import show
+from cspcheck.cspm.process.events import EventSet, EventTable
+from cspcheck.cspm.values.dots import ChannelHead, Channels
+from cspcheck.cspm.values.failure import Failure
+from cspcheck.cspm.values.set_algebra import difference, intersection, same, subset, union
+from cspcheck.cspm.values.sets import EMPTY_SET, EventsSet, FiniteSet, Range, Set, event_set, set_of
+from cspcheck.cspm.values.symbolic_sets import INTEGERS, Integers, Maps, Product, Sequences, Subsets
+from cspcheck.cspm.values.text import show
+from cspcheck.cspm.values.values import FALSE, TRUE, Map, Sequence
 
 T = TypeVar("T")
 WINDOW = range(-3, 12)

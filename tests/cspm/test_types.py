@@ -2,9 +2,9 @@
 
 import pytest
 
-from cspm.builtin_types import SIGNATURES, builtin_scheme, read_signature
-from cspm.prelude import BUILTINS, EXTERNAL, TIMED_BUILTINS, TRANSPARENT
-from cspm.types import (
+from cspcheck.cspm.prelude import BUILTINS, EXTERNAL, TIMED_BUILTINS, TRANSPARENT
+from cspcheck.cspm.typing.builtins import SIGNATURES, builtin_scheme, read_signature
+from cspcheck.cspm.typing.types import (
     BOOL,
     COMPLETE,
     EQ,

@@ -2,8 +2,8 @@
 
 import pytest
 
-from cspm.constraints import Unsatisfied, lacks_equality
-from cspm.types import (
+from cspcheck.cspm.typing.constraints import Unsatisfied, lacks_equality
+from cspcheck.cspm.typing.types import (
     BOOL,
     CHAR,
     COMPLETE,
@@ -30,7 +30,7 @@ from cspm.types import (
     implied,
     show,
 )
-from cspm.unification import Unifier
+from cspcheck.cspm.typing.unification import Unifier
 
 PLAIN, CARRIER = Datatype("Plain"), Datatype("Carrier")
 PLAIN.comparable, CARRIER.comparable = True, False

@@ -8,7 +8,7 @@ from itertools import count
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from cspm.types import (
+from cspcheck.cspm.typing.types import (
     BOOL,
     CHAR,
     EVENT,
@@ -34,7 +34,7 @@ from cspm.types import (
     resolve,
     show,
 )
-from cspm.unification import CannotUnify, Clash, InfiniteType, TypeClash, Unifier
+from cspcheck.cspm.typing.unification import CannotUnify, Clash, InfiniteType, TypeClash, Unifier
 
 ATOMS = [INT, BOOL, CHAR, PROC, EVENT]
 UNHURRIED = settings(deadline=None)

@@ -7,16 +7,16 @@ from typing import Any
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from cspm.diagnostics import ScriptError
-from cspm.failure import Failure
-from cspm.script import load
-from cspm.sets import Set, set_of
-from cspm.source import Source
-from cspm.thunks import Thunk, force
-from cspm.values import FALSE, TRUE, Map, Sequence, counting_from, deep
-from cspm.values_compare import equal, less
-from cspm.values_order import in_order, order_key
-from cspm.values_text import show, show_short
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.script import load
+from cspcheck.cspm.source import Source
+from cspcheck.cspm.values.comparison import equal, less
+from cspcheck.cspm.values.failure import Failure
+from cspcheck.cspm.values.order import in_order, order_key
+from cspcheck.cspm.values.sets import Set, set_of
+from cspcheck.cspm.values.text import show, show_short
+from cspcheck.cspm.values.thunks import Thunk, force
+from cspcheck.cspm.values.values import FALSE, TRUE, Map, Sequence, counting_from, deep
 from tests.cspm.strategies_values import integers, sequences, values
 
 EMPTY = load(Source("empty.csp", ""), typecheck=False)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, cast
 
-from checker.check import Checker
-from checker.verdict import Counterexample, Limits, Outcome
-from cspm.events import TAU, TICK, EventTable
-from cspm.process import Process
-from cspm.script import Script
+from cspcheck.checker.check import Checker
+from cspcheck.checker.verdict import Counterexample, Limits, Outcome
+from cspcheck.cspm.process.events import TAU, TICK, EventTable
+from cspcheck.cspm.process.terms import Process
+from cspcheck.cspm.script import Script
 from tests.reference.denotations import TICK_BIT, Denotation, mask
 from tests.reference.processes import EVENTS, TABLE
 from tests.reference.verdicts import Model, Trace

@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Iterator
 
-from cspm.process import Process
+from cspcheck.cspm.process.terms import Process
 from tests.reference.denotations import Semantics, TooLarge, Unguarded
 from tests.reference.processes import EVENTS, random_process
 from tests.reference.surgery import relative, smaller

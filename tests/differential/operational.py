@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections import deque
 
-from checker.lts import Lts
-from cspm.events import TAU, TICK
+from cspcheck.checker.lts import Lts
+from cspcheck.cspm.process.events import TAU, TICK
 from tests.reference.denotations import Denotation, Root, Semantics, maximal
 from tests.reference.verdicts import Trace
 

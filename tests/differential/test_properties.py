@@ -8,8 +8,8 @@ from collections import Counter
 
 import pytest
 
-from checker.verdict import Outcome
-from cspm.process import Process
+from cspcheck.checker.verdict import Outcome
+from cspcheck.cspm.process.terms import Process
 from tests.differential.engine import Kind, checker, refutes_property, refutes_trace, said, visible
 from tests.differential.families import EXPRESSIONS, families, smallest
 from tests.reference import text

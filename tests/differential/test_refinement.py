@@ -12,8 +12,8 @@ from itertools import permutations
 
 import pytest
 
-from checker.check import Checker
-from cspm.process import Process
+from cspcheck.checker.check import Checker
+from cspcheck.cspm.process.terms import Process
 from tests.differential.engine import checker, refutes_refinement, said, visible
 from tests.differential.families import EXPRESSIONS, families, smallest
 from tests.reference.denotations import Semantics

@@ -10,11 +10,11 @@ from itertools import islice, permutations
 
 import pytest
 
-from checker.check import Checker
-from checker.verdict import Limits
-from cspm.process import Process
-from cspm.script import load
-from cspm.source import Source
+from cspcheck.checker.check import Checker
+from cspcheck.checker.verdict import Limits
+from cspcheck.cspm.process.terms import Process
+from cspcheck.cspm.script import load
+from cspcheck.cspm.source import Source
 from tests.differential.engine import said
 from tests.differential.families import families
 from tests.reference.denotations import Semantics

@@ -11,8 +11,8 @@ from itertools import islice
 
 import pytest
 
-from checker.transitions import LimitReached, explore
-from checker.verdict import Limits
+from cspcheck.checker.semantics.transitions import LimitReached, explore
+from cspcheck.checker.verdict import Limits
 from tests.differential.families import families
 from tests.differential.operational import difference
 from tests.reference.denotations import Denotation, Root, Semantics, events_of

@@ -7,9 +7,9 @@ from itertools import islice
 
 import pytest
 
-from checker.transitions import LimitReached, explore
-from checker.verdict import Limits
-from cspm.process import Process
+from cspcheck.checker.semantics.transitions import LimitReached, explore
+from cspcheck.checker.verdict import Limits
+from cspcheck.cspm.process.terms import Process
 from tests.differential.families import EXPRESSIONS, families, smallest
 from tests.differential.operational import difference
 from tests.reference.denotations import Semantics

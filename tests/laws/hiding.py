@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from cspm.events import EventSet
-from cspm.process import DIV, SKIP, STOP, Prefix, Process, Project, Run, prefix
+from cspcheck.cspm.process.events import EventSet
+from cspcheck.cspm.process.terms import DIV, SKIP, STOP, Prefix, Process, Project, Run, prefix
 from tests.laws.notation import (
     NONE,
     Claim,

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 from hypothesis import strategies as st
 
-from cspm.events import EventSet
-from cspm.process import (
+from cspcheck.cspm.process.events import EventSet
+from cspcheck.cspm.process.terms import (
     AlphabetisedParallel,
     ExternalChoice,
     Hide,

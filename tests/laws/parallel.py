@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from cspm.events import EventSet
-from cspm.process import (
+from cspcheck.cspm.process.events import EventSet
+from cspcheck.cspm.process.terms import (
     DIV,
     SKIP,
     STOP,

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import pytest
 
-from cspm.events import EventSet
-from cspm.process import DIV, SKIP, STOP, Chaos, Process, prefix
+from cspcheck.cspm.process.events import EventSet
+from cspcheck.cspm.process.terms import DIV, SKIP, STOP, Chaos, Process, prefix
 from tests.differential.engine import checker, said, visible
 from tests.laws.notation import (
     external,

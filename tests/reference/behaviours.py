@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator
 from functools import lru_cache
 from itertools import product
 
-from cspm.events import TICK, EventSet
-from cspm.process import STOP, Buffer, ExternalChoice, Process, prefix
+from cspcheck.cspm.process.events import TICK, EventSet
+from cspcheck.cspm.process.terms import STOP, Buffer, ExternalChoice, Process, prefix
 
 Trace = tuple[int, ...]
 """Events; tick at the end or nowhere."""
@@ -79,7 +79,8 @@ def images(trace: Trace, pairs: Pairs) -> Iterator[Trace]:
 
 
 def buffer_choice(buffer: Buffer) -> Process:
-    """A buffer as the choice between what it can do next; see :class:`cspm.process.Buffer` for the three kinds.
+    """A buffer as the choice between what it can do next; see :class:`cspcheck.cspm.process.terms.Buffer` for the
+    three kinds.
 
     A full BUFFER takes no input; a full WEAK_BUFFER does, and can then only explode; a SIGNAL_BUFFER also says, as
     often as it is asked, that it is full or that it is empty.

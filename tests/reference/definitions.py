@@ -34,8 +34,8 @@ from itertools import product
 from math import inf
 from typing import TypeVar
 
-from cspm.events import TICK, EventSet
-from cspm.process import (
+from cspcheck.cspm.process.events import TICK, EventSet
+from cspcheck.cspm.process.terms import (
     AlphabetisedParallel,
     Buffer,
     Chaos,

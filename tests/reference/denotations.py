@@ -33,8 +33,8 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable
 from typing import NamedTuple
 
-from cspm.events import TICK
-from cspm.process import (
+from cspcheck.cspm.process.events import TICK
+from cspcheck.cspm.process.terms import (
     AlphabetisedParallel,
     Buffer,
     Chaos,

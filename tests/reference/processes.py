@@ -17,8 +17,8 @@ from itertools import count
 
 from hypothesis import strategies as st
 
-from cspm.events import EventSet, EventTable
-from cspm.process import (
+from cspcheck.cspm.process.events import EventSet, EventTable
+from cspcheck.cspm.process.terms import (
     DIV,
     SKIP,
     STOP,

@@ -10,7 +10,7 @@ import random
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields
 
-from cspm.process import (
+from cspcheck.cspm.process.terms import (
     DIV,
     SKIP,
     STOP,

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 import pytest
 from hypothesis import given, reject, settings
 
-from cspm.events import TICK, EventSet
-from cspm.process import (
+from cspcheck.cspm.process.events import TICK, EventSet
+from cspcheck.cspm.process.terms import (
     DIV,
     SKIP,
     STOP,

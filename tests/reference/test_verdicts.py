@@ -9,8 +9,8 @@ from math import inf
 
 import pytest
 
-from cspm.events import TICK
-from cspm.process import DIV, SKIP, STOP, ExternalChoice, InternalChoice, Process, prefix
+from cspcheck.cspm.process.events import TICK
+from cspcheck.cspm.process.terms import DIV, SKIP, STOP, ExternalChoice, InternalChoice, Process, prefix
 from tests.reference.behaviours import Trace, ticked
 from tests.reference.definitions import Definitions, TooMany
 from tests.reference.denotations import Semantics

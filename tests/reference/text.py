@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cspm.events import EventSet
-from cspm.process import (
+from cspcheck.cspm.process.events import EventSet
+from cspcheck.cspm.process.terms import (
     AlphabetisedParallel,
     Buffer,
     Chaos,

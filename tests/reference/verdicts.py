@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from cspm.events import TICK
+from cspcheck.cspm.process.events import TICK
 from tests.reference.denotations import TICK_BIT, Denotation, Root, events_of
 
 Model = Literal["T", "F", "FD"]

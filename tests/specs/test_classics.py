@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import cspcheck
-from checker.transitions import explore
+from cspcheck.checker.semantics.transitions import explore
 from tests.specs.table import SPECS
 
 CLASSICS = {

@@ -12,8 +12,8 @@ from pathlib import Path
 from click.testing import CliRunner
 
 import cspcheck
-from codegen.runtime import JsonLines, Program
 from cspcheck.cli import front_door
+from cspcheck.codegen.runtime import JsonLines, Program
 from tests.codegen.programs import generate, loaded
 
 SCRIPT = Path(__file__).resolve().parents[2] / "specs" / "rov" / "control_loop.csp"

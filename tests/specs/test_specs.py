@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import cspcheck
-from checker.transitions import explore
+from cspcheck.checker.semantics.transitions import explore
 from tests.specs.table import BEGIN, SPECS, as_it_should_be, readmes, results, scripts, systems, without_times
 
 SCRIPTS = scripts(SPECS)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from checker.proof.finding import Finding
-from checker.proof.obligations import discharge
-from checker.proof.prover import Prover
-from checker.proof.question import Settings
-from cspm.oz import core
-from cspm.oz.elaboration import elaborate
-from cspm.parser import parse
-from cspm.source import Source
+from cspcheck.checker.proof.finding import Finding
+from cspcheck.checker.proof.obligations import discharge
+from cspcheck.checker.proof.prover import Prover
+from cspcheck.checker.proof.question import Settings
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.typing.elaboration import elaborate
+from cspcheck.cspm.parsing.reading import parse
+from cspcheck.cspm.source import Source
 
 
 def specification(text: str) -> core.Specification:

@@ -9,9 +9,9 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from cspm.oz import core
-from cspm.oz.carriers import Undefined
-from cspm.oz.evaluation import Evaluator
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.values.carriers import Undefined
+from cspcheck.cspm.oz.values.evaluation import Evaluator
 
 NUMBERS = range(3)
 WIDE = range(-4, 9)

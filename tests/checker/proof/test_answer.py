@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-import checker.proof.messages  # noqa: F401 -- registers its mistakes
-from checker.check import Checker
-from checker.verdict import Outcome, Verdict
-from cspm.diagnostics import MISTAKES, ScriptError
-from cspm.script import load
-from cspm.source import Source
+import cspcheck.checker.proof.messages  # noqa: F401 -- registers its mistakes
+from cspcheck.checker.check import Checker
+from cspcheck.checker.verdict import Outcome, Verdict
+from cspcheck.cspm.diagnostics import MISTAKES, ScriptError
+from cspcheck.cspm.script import load
+from cspcheck.cspm.source import Source
 from tests.checker.proof.classes import cell
 
 CODES = sorted(code for code in MISTAKES if code.startswith("CSP7"))
@@ -74,7 +74,7 @@ def test_one_operation_by_name() -> None:
 
 
 def test_no_time_is_unknown() -> None:
-    from checker.proof.answer import answer
+    from cspcheck.checker.proof.answer import answer
     from tests.checker.proof.classes import specification
 
     text = cell(effect="n' = n + 1") + "assert Cell :[feasible]\n"

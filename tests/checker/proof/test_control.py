@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from checker.proof.control import control_states
+from cspcheck.checker.proof.control import control_states
 from tests.checker.proof.classes import findings, specification
 
 CLASS = """

@@ -6,12 +6,12 @@ from typing import Any
 
 from hypothesis import event, given, settings, strategies as st
 
-from checker.proof.question import Found, Impossible, Part, Question, Settings
-from checker.proof.solver import Solver
-from checker.proof.terms import equal
-from cspm.oz import core
-from cspm.oz.core import BOOL, INT, Apply, Constant, Term, Variable
-from cspm.oz.values import Graph
+from cspcheck.checker.proof.question import Found, Impossible, Part, Question, Settings
+from cspcheck.checker.proof.solver import Solver
+from cspcheck.checker.proof.terms import equal
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.core import BOOL, INT, Apply, Constant, Term, Variable
+from cspcheck.cspm.oz.values.values import Graph
 from tests.cspm.oz.naive import NAMES, PAIR, environments, interpret, terms
 
 SPECIFICATION = core.Specification()

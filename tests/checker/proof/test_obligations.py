@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from checker.proof.obligations import OBLIGATIONS
+from cspcheck.checker.proof.obligations import OBLIGATIONS
 from tests.checker.proof.classes import cell, findings, told, wrong
 
 GOOD = cell(invariant="n <= 9", effect="n < 9; n' = n + 1")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from checker.proof.precondition import Precondition, precondition
-from cspm.oz.core_text import text
+from cspcheck.checker.proof.precondition import Precondition, precondition
+from cspcheck.cspm.oz.writing.core_text import text
 from tests.checker.proof.classes import cell, prover
 
 

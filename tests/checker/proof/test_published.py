@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from checker.proof.finding import Finding
+from cspcheck.checker.proof.finding import Finding
 from tests.checker.proof.classes import findings, wrong
 
 SHUNT = """

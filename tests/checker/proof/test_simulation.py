@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from checker.proof.finding import Finding
-from checker.proof.simulation import projection, refinement, retrieve
+from cspcheck.checker.proof.finding import Finding
+from cspcheck.checker.proof.simulation import projection, refinement, retrieve
 from tests.checker.proof.classes import specification
 
 BUFFER = """

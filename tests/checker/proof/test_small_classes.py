@@ -6,14 +6,14 @@ from collections import defaultdict
 
 from hypothesis import assume, event, given, settings, strategies as st
 
-from checker.check import Checker
-from checker.proof.obligations import discharge
-from checker.proof.prover import Prover
-from checker.proof.simulation import refinement, retrieve
-from checker.verdict import Verdict
-from cspm.diagnostics import ScriptError
-from cspm.script import load
-from cspm.source import Source
+from cspcheck.checker.check import Checker
+from cspcheck.checker.proof.obligations import discharge
+from cspcheck.checker.proof.prover import Prover
+from cspcheck.checker.proof.simulation import refinement, retrieve
+from cspcheck.checker.verdict import Verdict
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.script import load
+from cspcheck.cspm.source import Source
 from tests.checker.proof.classes import specification
 from tests.checker.proof.small_classes import WIDE, Enumerated, Small, predicates, small_classes, variants
 
@@ -67,7 +67,7 @@ def kept(small: Enumerated, name: str) -> bool:
 
 def _spoken(small: Enumerated, name: str) -> bool:
     """Whether the effect speaks of a value that has a carrier."""
-    from checker.proof.terms import variables_of
+    from cspcheck.checker.proof.terms import variables_of
 
     operation = small.model.operations[name]
     spoken = variables_of(operation.effect)

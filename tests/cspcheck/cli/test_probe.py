@@ -13,7 +13,7 @@ from hypothesis import given, settings, strategies as st
 from syrupy.assertion import SnapshotAssertion
 
 import cspcheck
-from checker.transitions import Semantics
+from cspcheck.checker.semantics.transitions import Semantics
 from cspcheck.cli import run
 from cspcheck.cli.probe_commands import COMMANDS, split_events
 from cspcheck.probing import NoSuchStep, Probe

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from checker.verdict import Outcome, Verdict
 from cspcheck import checking
+from cspcheck.checker.verdict import Outcome, Verdict
 from cspcheck.cli import run
-from cspm.diagnostics import Diagnostic, ScriptError, Severity
-from cspm.source import Source, Span
-from cspm.syntax import Assertion, BooleanAssertion, LiteralExpr
+from cspcheck.cspm.diagnostics import Diagnostic, ScriptError, Severity
+from cspcheck.cspm.source import Source, Span
+from cspcheck.cspm.syntax.tree import Assertion, BooleanAssertion, LiteralExpr
 
 Answer = Verdict | BaseException
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from cspcheck.cli.streams import output_to, replace_text
-from cspm.diagnostics import ScriptError
+from cspcheck.cspm.diagnostics import ScriptError
 
 
 def test_the_file_appears_when_all_is_written(tmp_path: Path) -> None:

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, strategies as st
 from syrupy.assertion import SnapshotAssertion
 
+from cspcheck.cspm.diagnostics import Diagnostic, Label
+from cspcheck.cspm.source import Source
 from cspcheck.report.diagnostics import concise_diagnostic, render_diagnostic
 from cspcheck.report.style import Style, columns
-from cspm.diagnostics import Diagnostic, Label
-from cspm.source import Source
 
 
 def test_each_diagnostic(diagnostic: Diagnostic, snapshot: SnapshotAssertion) -> None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from syrupy.assertion import SnapshotAssertion
 
-from checker.verdict import ComponentBehaviour, Verdict
+from cspcheck.checker.verdict import ComponentBehaviour, Verdict
 from cspcheck.report.full import FullReport, explain
 from cspcheck.report.style import Style, columns
 from cspcheck.result import Result, Summary

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from syrupy.assertion import SnapshotAssertion
 
+from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.report import FORMATS, Report, report
 from cspcheck.report.concise import ConciseReport
 from cspcheck.report.github import GithubReport
@@ -17,7 +18,6 @@ from cspcheck.report.json import JsonLinesReport, JsonReport
 from cspcheck.report.junit import JunitReport
 from cspcheck.report.style import Style
 from cspcheck.result import Result, Summary
-from cspm.diagnostics import Diagnostic
 
 
 def fill(to: Report, results: dict[str, Result], mistakes: dict[str, Diagnostic], summary: Summary) -> None:

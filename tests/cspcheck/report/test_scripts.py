@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 from syrupy.assertion import SnapshotAssertion
 
+from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.report import FORMATS, scripts_report
 from cspcheck.report.style import Style
 from cspcheck.result import Summary
-from cspm.diagnostics import Diagnostic
 
 Written = Callable[..., str]
 

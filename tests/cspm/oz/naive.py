@@ -11,9 +11,21 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from cspm.oz import core
-from cspm.oz.core import BOOL, INT, Apply, Binder, Comprehension, Constant, If, Quantifier, SetType, Term, Variable
-from cspm.oz.values import Graph
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.core import (
+    BOOL,
+    INT,
+    Apply,
+    Binder,
+    Comprehension,
+    Constant,
+    If,
+    Quantifier,
+    SetType,
+    Term,
+    Variable,
+)
+from cspcheck.cspm.oz.values.values import Graph
 
 INTS = SetType(INT)
 SEQ = core.SequenceType(INT)

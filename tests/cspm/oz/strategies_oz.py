@@ -7,12 +7,12 @@ from fractions import Fraction
 
 from hypothesis import strategies as st
 
-from cspm import syntax as s
-from cspm.oz import syntax as z
-from cspm.oz.operators import SPELLINGS
-from cspm.oz.printer import print_term
-from cspm.parser import parse
-from cspm.source import Source
+from cspcheck.cspm.oz import syntax as z
+from cspcheck.cspm.oz.reading.operators import SPELLINGS
+from cspcheck.cspm.oz.writing.printer import print_term
+from cspcheck.cspm.parsing.reading import parse
+from cspcheck.cspm.source import Source
+from cspcheck.cspm.syntax import tree as s
 from tests.cspm.strategies_syntax import deferred
 
 NOWHERE = Source("nowhere", "").span(0, 0)

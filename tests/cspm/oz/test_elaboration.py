@@ -7,13 +7,13 @@ import re
 
 import pytest
 
-import cspm.messages.classes
-import cspm.messages.classes_types  # noqa: F401 -- both register their mistakes
-from cspm.diagnostics import MISTAKES, Diagnostic, ScriptError
-from cspm.oz import core
-from cspm.oz.elaboration import Elaborated, elaborate
-from cspm.parser import parse
-from cspm.source import Source
+import cspcheck.cspm.oz.typing.messages
+import cspcheck.cspm.oz.typing.type_messages  # noqa: F401 -- both register their mistakes
+from cspcheck.cspm.diagnostics import MISTAKES, Diagnostic, ScriptError
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.typing.elaboration import Elaborated, elaborate
+from cspcheck.cspm.parsing.reading import parse
+from cspcheck.cspm.source import Source
 
 CODES = sorted(code for code in MISTAKES if "CSP630" <= code < "CSP680")
 

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from hypothesis import assume, given, settings
 
-from cspm import syntax as s
-from cspm.diagnostics import ScriptError
-from cspm.formatter import format_source
-from cspm.oz import syntax as z
-from cspm.oz.latex_writer import Writer
-from cspm.oz.printer import print_paragraph
-from cspm.parser import parse
-from cspm.printer import print_script
-from cspm.source import Source
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.oz import syntax as z
+from cspcheck.cspm.oz.writing.latex_writer import Writer
+from cspcheck.cspm.oz.writing.printer import print_paragraph
+from cspcheck.cspm.parsing.reading import parse
+from cspcheck.cspm.printing.formatter import format_source
+from cspcheck.cspm.printing.printer import print_script
+from cspcheck.cspm.source import Source
+from cspcheck.cspm.syntax import tree as s
 from tests.cspm.oz.strategies_oz import make
 from tests.cspm.strategies_syntax import expressions
 

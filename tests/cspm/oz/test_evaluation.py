@@ -9,13 +9,25 @@ from typing import Any
 import pytest
 from hypothesis import event, given, strategies as st
 
-from cspm.oz import core
-from cspm.oz.carriers import Carrier, TooLarge, Unbounded, Undefined
-from cspm.oz.core import BOOL, INT, REAL, Apply, Binder, Comprehension, Constant, Quantifier, SetType, Term, Variable
-from cspm.oz.evaluation import Evaluator, Scope
-from cspm.oz.solving import Unknown, solver
-from cspm.oz.values import Construction, Element, Graph, show
-from cspm.source import Source, Span
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.core import (
+    BOOL,
+    INT,
+    REAL,
+    Apply,
+    Binder,
+    Comprehension,
+    Constant,
+    Quantifier,
+    SetType,
+    Term,
+    Variable,
+)
+from cspcheck.cspm.oz.values.carriers import Carrier, TooLarge, Unbounded, Undefined
+from cspcheck.cspm.oz.values.evaluation import Evaluator, Scope
+from cspcheck.cspm.oz.values.solving import Unknown, solver
+from cspcheck.cspm.oz.values.values import Construction, Element, Graph, show
+from cspcheck.cspm.source import Source, Span
 from tests.cspm.oz.naive import FUN, INTS, NAMES, REL, SEQ, TRUE, apply, environments, interpret, number, terms
 
 EVALUATOR = Evaluator(core.Specification())

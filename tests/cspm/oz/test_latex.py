@@ -7,14 +7,14 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from cspm.diagnostics import ScriptError
-from cspm.oz import syntax as z
-from cspm.oz.latex_writer import Writer, write_latex
-from cspm.oz.printer import print_paragraph
-from cspm.parser import parse
-from cspm.printer import print_script
-from cspm.recursion import deep_recursion
-from cspm.source import Source
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.oz import syntax as z
+from cspcheck.cspm.oz.writing.latex_writer import Writer, write_latex
+from cspcheck.cspm.oz.writing.printer import print_paragraph
+from cspcheck.cspm.parsing.reading import parse
+from cspcheck.cspm.printing.printer import print_script
+from cspcheck.cspm.recursion import deep_recursion
+from cspcheck.cspm.source import Source
 from tests.cspm.oz.strategies_oz import make, paragraphs, plain, terms
 
 

@@ -10,15 +10,15 @@ from typing import Any
 import pytest
 from hypothesis import event, given, settings, strategies as st
 
-from checker.check import Checker
-from checker.transitions import explore
-from checker.verdict import Limits, Verdict
-from cspm import process
-from cspm.diagnostics import ScriptError
-from cspm.oz import core
-from cspm.process import Definition, Process, Reference
-from cspm.script import Script, Semantics, load
-from cspm.source import Source
+from cspcheck.checker.check import Checker
+from cspcheck.checker.semantics.transitions import explore
+from cspcheck.checker.verdict import Limits, Verdict
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.process import terms as process
+from cspcheck.cspm.process.terms import Definition, Process, Reference
+from cspcheck.cspm.script import Script, Semantics, load
+from cspcheck.cspm.source import Source
 from tests.cspm.oz.naive import interpret
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-import cspm.messages.oz_meaning  # noqa: F401 -- registers its mistakes
-from checker.transitions import LimitReached, explore
-from checker.verdict import Limits
+import cspcheck.cspm.oz.processes.messages  # noqa: F401 -- registers its mistakes
+from cspcheck.checker.semantics.transitions import LimitReached, explore
+from cspcheck.checker.verdict import Limits
+from cspcheck.cspm.diagnostics import MISTAKES, ScriptError
+from cspcheck.cspm.script import load
+from cspcheck.cspm.source import Source
 from cspcheck.exporting import plain_text
-from cspm.diagnostics import MISTAKES, ScriptError
-from cspm.script import load
-from cspm.source import Source
 
 CODES = sorted(code for code in MISTAKES if "CSP680" <= code <= "CSP699")
 

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from cspm.formatter import format_source
-from cspm.oz.latex_writer import write_latex
-from cspm.oz.lexer import INFIX, POSTFIX, PREFIX
-from cspm.parser import parse
-from cspm.script import load
-from cspm.source import Source
+from cspcheck.cspm.oz.reading.lexer import INFIX, POSTFIX, PREFIX
+from cspcheck.cspm.oz.writing.latex_writer import write_latex
+from cspcheck.cspm.parsing.reading import parse
+from cspcheck.cspm.printing.formatter import format_source
+from cspcheck.cspm.script import load
+from cspcheck.cspm.source import Source
 
 PAGE = (Path(__file__).resolve().parents[3] / "docs" / "csp-oz.md").read_text(encoding="utf-8")
 SCRIPTS = re.findall(r"```csp\n(.*?)```", PAGE, re.DOTALL)

@@ -7,14 +7,14 @@ from fractions import Fraction
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from cspm import syntax as s
-from cspm.diagnostics import MISTAKES, ScriptError
-from cspm.formatter import format_source
-from cspm.messages import classes_syntax  # noqa: F401 -- registers its mistakes
-from cspm.oz import syntax as z
-from cspm.parser import parse, parse_assertion
-from cspm.script import load
-from cspm.source import Source
+from cspcheck.cspm.diagnostics import MISTAKES, ScriptError
+from cspcheck.cspm.oz import syntax as z
+from cspcheck.cspm.oz.reading import messages as classes_syntax  # noqa: F401 -- registers its mistakes
+from cspcheck.cspm.parsing.reading import parse, parse_assertion
+from cspcheck.cspm.printing.formatter import format_source
+from cspcheck.cspm.script import load
+from cspcheck.cspm.source import Source
+from cspcheck.cspm.syntax import tree as s
 
 NOWHERE = Source("nowhere", "").span(0, 0)
 

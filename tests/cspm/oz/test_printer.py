@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from cspm.formatter import format_source
-from cspm.oz.printer import print_paragraph, print_term
-from cspm.parser import parse
-from cspm.source import Source
+from cspcheck.cspm.oz.writing.printer import print_paragraph, print_term
+from cspcheck.cspm.parsing.reading import parse
+from cspcheck.cspm.printing.formatter import format_source
+from cspcheck.cspm.source import Source
 from tests.cspm.oz.strategies_oz import paragraphs, plain, terms
 from tests.cspm.oz.test_parser import EXPRESSIONS, declaration, expression
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from hypothesis import event, given, settings, strategies as st
 
-from checker.check import Checker
-from cspm.script import load
-from cspm.source import Source
+from cspcheck.checker.check import Checker
+from cspcheck.cspm.script import load
+from cspcheck.cspm.source import Source
 
 CONJUNCTS = [
     "n' = n + 1",

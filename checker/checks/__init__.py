@@ -1,0 +1,1 @@
+"""One question of an assertion each: what is explored for it, and what the outcome means."""

@@ -1,0 +1,138 @@
+"""A process along one trace: the runs that perform just that trace, found as pairs with a specification of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from cspcheck.checker.budget import Incomplete
+from cspcheck.checker.checks.context import Context, in_chunks
+from cspcheck.checker.explain.behaviour import Behaviour
+from cspcheck.checker.lts import Int64Array
+from cspcheck.checker.search.exploration import Exploration
+from cspcheck.checker.search.pair_search import PairExploration
+from cspcheck.checker.search.paths import Step, shortest_path
+from cspcheck.checker.specification.normal_form import BoolArray, NormalForm, Semantics
+from cspcheck.cspm.process.events import TAU, TICK, EventTable
+from cspcheck.cspm.process.terms import Process
+
+EXPLAINED_STATES = 100_000
+"""So many states are looked at to explain a failure without compressions."""
+
+
+def chain(trace: Sequence[int], model: Semantics, *, beyond: bool) -> NormalForm:
+    """The specification of one trace: node ``i`` allows its ``i``-th event only and insists on nothing.
+
+    Unless what lies *beyond* the trace is of interest, everything is allowed there, so that none of it is explored.
+    """
+    length = len(trace)
+    events = np.unique(np.array(trace, dtype=np.int64))
+    open_end = np.zeros(length + 1, dtype=np.bool_)
+    open_end[length] = not beyond
+    return NormalForm(
+        model,
+        events,
+        np.minimum(np.arange(length + 2), length),
+        np.searchsorted(events, np.array(trace, dtype=np.int64)).astype(np.int32),
+        np.arange(1, length + 1, dtype=np.int32),
+        open_end,
+        open_end.astype(np.int32),
+        (((),), ()),
+    )
+
+
+class Along:
+    """All states that a process can be in while it performs a trace.
+
+    Attributes:
+        process: the process.
+        events: names the events.
+        pairs: the exploration; level ``i`` holds the states after the first ``i`` events of the trace. The last level
+            has those that the last event leads to; those that taus lead to from there only if *beyond* was asked for.
+    """
+
+    def __init__(
+        self,
+        context: Context,
+        process: Process,
+        trace: Sequence[int],
+        model: Semantics,
+        *,
+        beyond: bool,
+        original: bool = False,
+    ) -> None:
+        self.process = process
+        self.events: EventTable = context.events
+        self.pairs: PairExploration = context.machines.pairs(
+            chain(trace, model, beyond=beyond), process, model, context.budget, full=True, original=original
+        )
+
+    def offers(self, length: int) -> Offers:
+        """What the states after that many events of the trace offer; there must be such states."""
+        return Offers(self.pairs, np.arange(self.pairs.levels[length], self.pairs.levels[length + 1]))
+
+    def path(self, goals: Int64Array) -> tuple[Step, ...]:
+        """The canonical path to one of the given pairs."""
+        return shortest_path(self.pairs, goals)
+
+    def behaviour(self, goals: Int64Array) -> Behaviour:
+        """The canonical run to one of the given pairs, to be explained."""
+        return Behaviour(self.process, self.pairs.packed, self.path(goals), self.events)
+
+
+def along_original(context: Context, process: Process, trace: Sequence[int], model: Semantics) -> Along | None:
+    """The states after *trace* of a process whose compressed components have all their states.
+
+    A failure that was found with compressed components is explained by what the components do that the script has.
+    None where so many states would have to be looked at that this is not worth while.
+    """
+    try:
+        narrow = replace(context, budget=context.budget.narrowed(EXPLAINED_STATES))
+        along = Along(narrow, process, trace, model, beyond=True, original=True)
+    except Incomplete:
+        return None
+    return along if along.pairs.complete else None
+
+
+class Offers:
+    """What each of some states can perform, and what each can be relied on to perform.
+
+    Attributes:
+        indices: the states.
+        settled: which of them have an acceptance: those that can tick (it is {tick}) and the stable ones.
+        possible: what at least one of them can perform, taus apart; ascending.
+    """
+
+    def __init__(self, exploration: Exploration, indices: Int64Array) -> None:
+        self.indices = indices
+        chunks = list(in_chunks(exploration, indices))
+        none = np.zeros(0, dtype=np.int64)
+        lengths = np.concatenate([none, *(np.diff(chunk.offsets) for chunk in chunks)])
+        self._sources = np.repeat(np.arange(len(indices)), lengths)
+        self._events = np.concatenate([none, *(chunk.events for chunk in chunks)])
+        self._ticking = self.performers(TICK)
+        self.settled = self._ticking | ~self.performers(TAU)
+        self.possible: tuple[int, ...] = tuple(np.unique(self._events[self._events != TAU]).tolist())
+
+    def acceptance(self, state: int) -> frozenset[int] | None:
+        """What the state with this place among ``indices`` can be relied on to perform; None if for nothing."""
+        if not self.settled[state]:
+            return None
+        if self._ticking[state]:
+            return frozenset({TICK})
+        first, last = np.searchsorted(self._sources, [state, state + 1])
+        return frozenset(self._events[first:last].tolist())
+
+    def performers(self, event: int) -> BoolArray:
+        """Which of the states can perform *event*."""
+        able = np.zeros(len(self.indices), dtype=np.bool_)
+        able[self._sources[self._events == event]] = True
+        return able
+
+    def refusers(self, event: int) -> BoolArray:
+        """Which of the states can refuse *event*."""
+        accepted = self._ticking if event == TICK else self.performers(event) & ~self._ticking
+        refusing: BoolArray = self.settled & ~accepted
+        return refusing

@@ -1,0 +1,61 @@
+"""What every check works with."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from cspcheck.checker.budget import Budget
+from cspcheck.checker.checks.store import Machines
+from cspcheck.checker.lts import Int64Array
+from cspcheck.checker.search.exploration import Exploration, Successors
+from cspcheck.checker.search.paths import Step
+from cspcheck.checker.verdict import Outcome, Verdict
+from cspcheck.cspm.process.events import EventTable
+
+CHUNK = 1 << 16
+"""States whose transitions are looked at together."""
+
+
+@dataclass(frozen=True, slots=True)
+class Context:
+    """Machines to share, names for events, and the limits of the assertion."""
+
+    machines: Machines
+    events: EventTable
+    budget: Budget
+
+    def not_found(self, exploration: Exploration, sought: str) -> Outcome:
+        """The outcome of a search that met nothing wrong: a pass if it was completed, else unknown."""
+        states, transitions = int(exploration.levels[-1]), exploration.transitions
+        if exploration.complete:
+            return self.budget.outcome(Verdict.PASS, None, states, transitions)
+        reason = self.budget.shortfall(exploration, sought)
+        return self.budget.outcome(Verdict.UNKNOWN, reason, states, transitions)
+
+    def covered(self, exploration: Exploration, level: int) -> tuple[int, int]:
+        """The states and transitions to report for an answer that *level* gave.
+
+        What had to be looked at for it, whether or not another assertion has had more explored; or everything, when
+        the whole space is asked for.
+        """
+        if self.machines.full or level == exploration.depth:
+            return int(exploration.levels[-1]), exploration.transitions
+        states = int(exploration.levels[level + 1])
+        return states, sum(len(chunk.events) for chunk in in_chunks(exploration, np.arange(states)))
+
+
+def in_chunks(exploration: Exploration, indices: Int64Array) -> Iterator[Successors]:
+    """The transitions of many states, some at a time."""
+    for start in range(0, len(indices), CHUNK):
+        yield exploration.successors(indices[start : start + CHUNK])
+
+
+def reached(exploration: Exploration, path: tuple[Step, ...]) -> int:
+    """The index of what a path ends in."""
+    if not path:
+        return 0
+    last = path[-1]
+    return exploration.index(np.array(last.state, dtype=np.int64), last.node)

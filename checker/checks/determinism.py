@@ -1,0 +1,255 @@
+"""Determinism: no event is ever both possible and refusable.
+
+A process without taus in which no event leads to two states is deterministic by its form. Every other process without
+divergence is held against a candidate: at each moment one of the stable states that it can be in is chosen, and for
+each event one of its targets. If the process is deterministic the choice does not matter, and it refines the
+candidate; if it refines the deterministic candidate, it is deterministic (Lazic 1999; Roscoe, Understanding
+Concurrent Systems, section 10.5).
+
+The candidate also tells the shortest trace with an event that is both possible and refusable: as long as there is
+none, every stable state offers everything that is possible, so the candidate follows all traces; after the first
+trace that has one, either the candidate's state or another one disagrees with the rest.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cspcheck.checker.budget import Incomplete
+from cspcheck.checker.checks.along import Along, along_original
+from cspcheck.checker.checks.context import Context, in_chunks
+from cspcheck.checker.checks.properties import divergence_found
+from cspcheck.checker.explain.behaviour import visible
+from cspcheck.checker.explain.replay import can_perform, can_refuse
+from cspcheck.checker.lts import Int64Array, Lts
+from cspcheck.checker.search.exploration import Exploration
+from cspcheck.checker.search.paths import shortest_path
+from cspcheck.checker.specification.acceptances import StateAcceptances
+from cspcheck.checker.specification.normal_form import FailuresModel, NormalForm
+from cspcheck.checker.specification.normaliser import Normaliser
+from cspcheck.checker.verdict import Counterexample, Outcome, Verdict
+from cspcheck.cspm.process.events import TAU, TICK
+from cspcheck.cspm.process.terms import Process
+
+Trace = tuple[int, ...]
+
+EARLIER_NODES = 20_000
+"""So many sets of states are looked at for nondeterminism that comes before a divergence."""
+
+
+def deterministic(context: Context, process: Process, model: FailuresModel) -> Outcome:
+    """Whether there is no trace after which an event is both possible and refusable; in FD also no divergence.
+
+    States and transitions are those of the process. In FD what comes after the first trace is shown, divergence or
+    nondeterminism, and the divergence if both do; in F a divergence refuses nothing, and only the states that can be
+    relied on count.
+    """
+    machines, budget = context.machines, context.budget
+    exploration = machines.exploration(process, "divergence" if model == "FD" else "everything", budget)
+    level = exploration.divergence_level
+    if level is not None and model == "FD":
+        return _earlier_nondeterminism(context, process, exploration, level) or divergence_found(
+            context, process, exploration, level
+        )
+    counts = exploration.levels[-1], exploration.transitions
+    if not exploration.complete:
+        return _as_far_as_explored(context, process, exploration, model)
+    if _by_form(exploration):
+        return budget.outcome(Verdict.PASS, None, *counts)
+    try:
+        lts = machines.lts(process, budget)
+        trace = _against_candidate(context, process, candidate(lts)) if level is None else _by_normal_form(context, lts)
+        counterexample = None if trace is None else _explained(context, process, trace)
+    except Incomplete as incomplete:
+        raise Incomplete(incomplete.reason, *counts) from None
+    return budget.outcome(Verdict.PASS if trace is None else Verdict.FAIL, None, *counts, counterexample)
+
+
+def _earlier_nondeterminism(context: Context, process: Process, exploration: Exploration, level: int) -> Outcome | None:
+    """The failure by nondeterminism after a trace that comes before that of the first divergence, if there is one.
+
+    Where this takes too long the divergence has to do.
+    """
+    divergence = visible(shortest_path(exploration, exploration.tau_cyclic(level)))
+    try:
+        lts = explored_part(exploration, level)
+        trace = _by_normal_form(context, lts, level, EARLIER_NODES)
+        if trace is None or (len(trace), trace) >= (level, divergence):
+            return None
+        counterexample = _explained(context, process, trace)
+    except Incomplete:
+        return None
+    return context.budget.outcome(Verdict.FAIL, None, *context.covered(exploration, level), counterexample)
+
+
+def _as_far_as_explored(context: Context, process: Process, exploration: Exploration, model: FailuresModel) -> Outcome:
+    """The outcome where a limit was reached: a failure if the levels that were completed show one, else unknown."""
+    budget = context.budget
+    counts = exploration.levels[-1], exploration.transitions
+    sought = "divergence" if model == "FD" else ""
+    if exploration.divergence_level is None and exploration.stop == "states" and exploration.levels[-1]:
+        lts = explored_part(exploration)
+        try:
+            trace = _against_candidate(context, process, candidate(lts, beyond=lts.states - 1))
+            # Beyond what was explored there may be a shorter trace than one that leads further.
+            if trace is not None and len(trace) <= exploration.depth:
+                counterexample = _explained(context, process, trace)
+                return budget.outcome(Verdict.FAIL, None, *counts, counterexample)
+            sought = "divergence or nondeterminism" if model == "FD" else "nondeterminism"
+        except Incomplete:
+            # The search of pairs ran into the limit as well, so nothing can be said of nondeterminism.
+            pass
+    return budget.outcome(Verdict.UNKNOWN, budget.shortfall(exploration, sought), *counts)
+
+
+def explored_part(exploration: Exploration, last: int | None = None) -> Lts:
+    """The machine of the completed levels, or those up to the *last*; its last state is all that is beyond them."""
+    beyond = exploration.levels[-1 if last is None else last + 1]
+    none = np.zeros(0, dtype=np.int64)
+    lengths, labels, targets = [none], [none], [none]
+    for chunk in in_chunks(exploration, np.arange(beyond)):
+        places = exploration.indices(chunk.targets)
+        places[(places < 0) | (places >= beyond)] = beyond
+        lengths.append(np.diff(chunk.offsets))
+        sources = np.repeat(np.arange(len(lengths[-1])), lengths[-1])
+        order = np.lexsort([places, chunk.events, sources])
+        labels.append(chunk.events[order])
+        targets.append(places[order])
+    offsets = np.concatenate([[0], *lengths, [0]]).cumsum()
+    return Lts(offsets.astype(np.int64), np.concatenate(labels), np.concatenate(targets))
+
+
+def _by_form(exploration: Exploration) -> bool:
+    """Whether there are no taus, no event with two targets, and nothing beside a tick."""
+    if exploration.has_tau or exploration.branching:
+        return False
+    if not exploration.packed.network.terminated:
+        return True
+    for chunk in in_chunks(exploration, np.arange(exploration.levels[-1])):
+        lengths = np.diff(chunk.offsets)
+        if (np.repeat(lengths, lengths)[chunk.events == TICK] > 1).any():
+            return False
+    return True
+
+
+def candidate(lts: Lts, beyond: int | None = None) -> NormalForm:
+    """A deterministic process that *lts*, which must not diverge, refines in F if it is deterministic itself.
+
+    Nodes are the stable states. From each state the first taus are followed to the one that stands for it. After
+    the state *beyond* anything is allowed.
+    """
+    sources = np.repeat(np.arange(lts.states), np.diff(lts.offsets))
+    taus = np.flatnonzero(lts.labels == TAU)[::-1]
+    stands_for = np.arange(lts.states)
+    # Written backwards, so that the first tau of a state is what remains.
+    stands_for[sources[taus]] = lts.targets[taus]
+    unstable = stands_for != np.arange(lts.states)
+    while True:
+        further = stands_for[stands_for]
+        if np.array_equal(further, stands_for):
+            break
+        stands_for = further
+    node = np.cumsum(~unstable) - 1
+    ticking = np.zeros(lts.states, dtype=np.bool_)
+    ticking[sources[lts.labels == TICK]] = True
+    kept = ~unstable[sources] & (~ticking[sources] | (lts.labels == TICK))
+    again = np.zeros(lts.transitions, dtype=np.bool_)
+    again[1:] = (lts.labels[1:] == lts.labels[:-1]) & (sources[1:] == sources[:-1])
+    kept &= ~again
+    events: Int64Array = np.unique(lts.labels[lts.labels != TAU])
+    columns = np.searchsorted(events, lts.labels)
+    accepting = StateAcceptances(lts, columns)
+    nodes = int((~unstable).sum())
+    unknown = np.zeros(nodes, dtype=np.bool_)
+    if beyond is not None:
+        unknown[node[beyond]] = True
+    return NormalForm(
+        "F",
+        events,
+        np.concatenate([[0], np.cumsum(np.bincount(node[sources[kept]], minlength=nodes))]).astype(np.int64),
+        columns[kept].astype(np.int32),
+        node[stands_for[lts.targets[kept]]].astype(np.int32),
+        unknown,
+        accepting.number[~unstable].astype(np.int32),
+        tuple((acceptance,) for acceptance in accepting.acceptances),
+        int(node[stands_for[lts.root]]),
+    )
+
+
+def _against_candidate(context: Context, process: Process, chosen: NormalForm) -> Trace | None:
+    """The first trace with nondeterminism, or None; the process must not diverge."""
+    pairs = context.machines.pairs(chosen, process, "F", context.budget, full=False)
+    if pairs.violation_level is not None:
+        goals = np.unique(np.array([violation.index for violation in pairs.violations()], dtype=np.int64))
+        return visible(shortest_path(pairs, goals))
+    if not pairs.complete:
+        raise Incomplete(context.budget.shortfall(pairs, "nondeterminism"))
+    return None
+
+
+def _by_normal_form(context: Context, lts: Lts, longest: int | None = None, most: int | None = None) -> Trace | None:
+    """The first trace with nondeterminism, or None, by the subset construction.
+
+    With divergence there need not be a stable state to choose after a trace, so all states are followed.
+
+    Args:
+        context: what checks work with.
+        lts: the machine.
+        longest: how many events the trace may have.
+        most: how many sets of states are looked at.
+
+    Raises:
+        Incomplete: there are more.
+    """
+    normaliser = Normaliser(lts, "F")
+    came_by: dict[int, tuple[int, int]] = {}
+    length = {0: 0}
+    node = 0
+    while node < normaliser.nodes:
+        if node % 256 == 0:
+            context.budget.check_time("looking for nondeterminism")
+        if longest is not None and length[node] > longest:
+            return None
+        known = normaliser.nodes
+        if most is not None and known > most:
+            raise Incomplete("too many sets of states")
+        moves = normaliser.extend(node)
+        possible = {int(normaliser.events[column]) for column, _ in moves}
+        if any(possible - set(acceptance) for acceptance in normaliser.acceptances(node)):
+            trace: list[int] = []
+            while node:
+                node, event = came_by[node]
+                trace.append(event)
+            return tuple(reversed(trace))
+        for column, target in moves:
+            if target >= known:
+                came_by.setdefault(target, (node, int(normaliser.events[column])))
+                length.setdefault(target, length[node] + 1)
+        node += 1
+    return None
+
+
+def _explained(context: Context, process: Process, trace: Trace) -> Counterexample:
+    """The run of *trace* that ends by refusing the first event that is also possible, and one that performs it."""
+    along = Along(context, process, trace, "T", beyond=True)
+    if along.pairs.packed.network.is_compressed:
+        along = along_original(context, process, trace, "T") or along
+    if along.pairs.depth < len(trace):
+        raise Incomplete(context.budget.shortfall(along.pairs, "end of the trace that shows nondeterminism"))
+    offers = along.offers(len(trace))
+    event = next(event for event in offers.possible if offers.refusers(event).any())
+    behaviour = along.behaviour(offers.indices[offers.refusers(event)])
+    behaviour.confirm(can_refuse(event), "a state that refuses the event")
+    other = along.behaviour(offers.indices[offers.performers(event)])
+    other.confirm(can_perform(event), "a state that can perform the event")
+    name = context.events.name(event)
+    return Counterexample(
+        "nondeterminism",
+        behaviour.trace,
+        behaviour.causes,
+        event=name,
+        refusal=(name,),
+        components=behaviour.components(),
+        run=behaviour.run,
+        alternative=(*other.trace, name),
+    )

@@ -1,0 +1,156 @@
+"""Deadlock freedom, divergence freedom, and the possession of a trace.
+
+The first two are read off an exploration of the process. They are not properties of traces: STOP has no trace that
+another process lacks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cspcheck.checker.checks.along import Along, Offers, along_original
+from cspcheck.checker.checks.context import Context, reached
+from cspcheck.checker.explain.behaviour import Behaviour, diverging, visible
+from cspcheck.checker.explain.replay import can_perform, can_refuse
+from cspcheck.checker.search.exploration import Exploration
+from cspcheck.checker.search.paths import Step, shortest_path
+from cspcheck.checker.specification.normal_form import BoolArray, FailuresModel, Semantics
+from cspcheck.checker.verdict import Counterexample, Outcome, Verdict
+from cspcheck.cspm.process.terms import Process
+
+
+def deadlock_free(context: Context, process: Process, model: FailuresModel) -> Outcome:
+    """Whether no reachable stable state refuses everything; to have terminated is not a deadlock.
+
+    In FD a divergence counts as a deadlock, since a process that diverges may never do anything again; in F only the
+    stable states are looked at. Of a deadlock and a divergence after the same trace the deadlock is shown.
+    """
+    divergence_counts = model == "FD"
+    exploration = context.machines.exploration(
+        process, "deadlock or divergence" if divergence_counts else "deadlock", context.budget
+    )
+    levels = (exploration.deadlock_level, exploration.divergence_level if divergence_counts else None)
+    level = min((level for level in levels if level is not None), default=None)
+    if level is None:
+        return context.not_found(exploration, "deadlock or divergence" if divergence_counts else "deadlock")
+    deadlocks = exploration.deadlocked(level)
+    cycles = exploration.tau_cyclic(level) if divergence_counts else deadlocks[:0]
+    goals = np.concatenate([deadlocks, cycles])
+    path = shortest_path(exploration, goals, np.repeat(np.arange(2), [len(deadlocks), len(cycles)]))
+    end = reached(exploration, path)
+    is_deadlock = end in deadlocks
+    shown = exploration
+    along = _along_original(context, process, exploration, path)
+    if along is not None:
+        last, shown = along.pairs.depth, along.pairs
+        path = along.path(shown.deadlocked(last) if is_deadlock else shown.tau_cyclic(last))
+        end = reached(shown, path)
+    if is_deadlock:
+        counterexample = _deadlock(context, process, shown, path)
+    else:
+        counterexample = diverging(process, shown, path, end, context.events)
+    return context.budget.outcome(Verdict.FAIL, None, *context.covered(exploration, level), counterexample)
+
+
+def divergence_free(context: Context, process: Process) -> Outcome:
+    """Whether no reachable state has an infinite path of taus. The same in every model."""
+    exploration = context.machines.exploration(process, "divergence", context.budget)
+    if exploration.divergence_level is None:
+        return context.not_found(exploration, "divergence")
+    return divergence_found(context, process, exploration, exploration.divergence_level)
+
+
+def divergence_found(context: Context, process: Process, exploration: Exploration, level: int) -> Outcome:
+    """The failure of a process that can diverge, first on *level*."""
+    goals = exploration.tau_cyclic(level)
+    path = shortest_path(exploration, goals)
+    shown = exploration
+    along = _along_original(context, process, exploration, path)
+    if along is not None:
+        shown = along.pairs
+        path = along.path(shown.tau_cyclic(shown.depth))
+    counterexample = diverging(process, shown, path, reached(shown, path), context.events)
+    return context.budget.outcome(Verdict.FAIL, None, *context.covered(exploration, level), counterexample)
+
+
+def _along_original(
+    context: Context, process: Process, exploration: Exploration, path: tuple[Step, ...]
+) -> Along | None:
+    """The states of the components that the script has after the trace of a path with compressed ones."""
+    if not exploration.packed.network.is_compressed:
+        return None
+    return along_original(context, process, visible(path), "FD")
+
+
+def _deadlock(context: Context, process: Process, exploration: Exploration, path: tuple[Step, ...]) -> Counterexample:
+    behaviour = Behaviour(process, exploration.packed, path, context.events)
+    behaviour.confirm(lambda row: not row, "a deadlock")
+    return Counterexample(
+        "deadlock",
+        behaviour.trace,
+        behaviour.causes,
+        refusal=behaviour.alphabet(),
+        components=behaviour.components(),
+        run=behaviour.run,
+        waiting_cycle=behaviour.waiting_cycle(),
+    )
+
+
+def has_trace(context: Context, process: Process, trace: Sequence[int], model: Semantics) -> Outcome:
+    """Whether *process* can perform *trace*; in F and FD also that it cannot refuse it at any step.
+
+    A step is refused where a state after the events before it can be relied on for other events only. In F a process
+    that only diverges there refuses nothing; in FD a divergence before the end of the trace is a failure too, since
+    nothing can be relied on after it. What happens after the whole trace does not matter.
+    """
+    along = Along(context, process, trace, model, beyond=False)
+    pairs, budget = along.pairs, context.budget
+    counts = int(pairs.levels[-1]), pairs.transitions
+    for length, event in enumerate(trace):
+        if length > pairs.depth:
+            break
+        obstacle = _obstacle(along, length, event, model)
+        if obstacle is not None:
+            if pairs.packed.network.is_compressed:
+                original = along_original(context, process, trace[:length], "FD")
+                obstacle = (original and _obstacle(original, length, event, model)) or obstacle
+            return budget.outcome(Verdict.FAIL, None, *counts, obstacle)
+    return context.not_found(pairs, "refusal of the trace")
+
+
+def _obstacle(along: Along, length: int, event: int, model: Semantics) -> Counterexample | None:
+    """Why *event* may not happen after the first *length* events of the trace."""
+    offers = along.offers(length)
+    refusing = offers.refusers(event)
+    impossible = not offers.performers(event).any()
+    if refusing.any() and (impossible or model != "T"):
+        return _refusal(along, offers, refusing, event)
+    if model == "FD":
+        cycles = along.pairs.tau_cyclic(length)
+        if len(cycles):
+            path = along.path(cycles)
+            end = reached(along.pairs, path)
+            return diverging(along.process, along.pairs, path, end, along.events)
+    return _refusal(along, offers, ~refusing, event) if impossible else None
+
+
+def _refusal(along: Along, offers: Offers, here: BoolArray, event: int) -> Counterexample:
+    """A run to one of the states *here*, which refuse *event* or, where none can be relied on, cannot perform it."""
+    behaviour = along.behaviour(offers.indices[here])
+    if (here & offers.settled).any():
+        behaviour.confirm(can_refuse(event), "a state that refuses the next event")
+    else:
+        behaviour.confirm(lambda row: not can_perform(event)(row), "a state that cannot perform the next event")
+    name = along.events.name(event)
+    return Counterexample(
+        "refusal",
+        behaviour.trace,
+        behaviour.causes,
+        event=name,
+        refusal=(name,),
+        allowed=(behaviour.names(offers.possible),),
+        components=behaviour.components(),
+        run=behaviour.run,
+    )

@@ -1,0 +1,179 @@
+"""Refinement in the models T, F and FD: a search for a behaviour of the implementation that the specification lacks.
+
+Roscoe, Understanding Concurrent Systems, section 8.4: the specification is normalised, and the pairs of its nodes and
+the implementation's states that common traces lead to are searched breadth first.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cspcheck.checker.checks.along import along_original
+from cspcheck.checker.checks.context import Context, reached
+from cspcheck.checker.checks.store import Specification
+from cspcheck.checker.explain.behaviour import Behaviour, diverging, visible
+from cspcheck.checker.explain.replay import ReplayFailure, can_perform, offer, states_after
+from cspcheck.checker.explain.specification_run import specification_run
+from cspcheck.checker.search.pair_search import PairExploration, Violation
+from cspcheck.checker.search.paths import Step, shortest_path
+from cspcheck.checker.specification.normal_form import Semantics
+from cspcheck.checker.verdict import Counterexample, Outcome, Verdict
+from cspcheck.cspm.process.events import TICK
+from cspcheck.cspm.process.terms import Process
+
+REPLAYED_SPECIFICATION = 2_000
+"""A counterexample is also held against the specification's terms if no more states than this must be looked at."""
+
+
+def refines(context: Context, specification: Process, model: Semantics, implementation: Process) -> Outcome:
+    """Whether ``specification [model= implementation``.
+
+    States and transitions count the pairs of the search. Of several violations after the first violating trace an
+    event that is not allowed is shown rather than a refusal, and a refusal rather than a divergence.
+
+    Raises:
+        Incomplete: the specification could not be explored as far as the implementation follows it.
+    """
+    budget = context.budget
+    normal_form = context.machines.specification(specification, model, implementation, budget)
+    pairs = context.machines.pairs(normal_form, implementation, model, budget, full=context.machines.full)
+    if pairs.violation_level is None:
+        return context.not_found(pairs, "violation")
+    path, violation = first_violation(pairs)
+    node = int(pairs.nodes[violation.index])
+    found = _Found(pairs, path, violation)
+    if pairs.packed.network.is_compressed:
+        found = _without_compression(context, normal_form, node, implementation, model, found)
+    counterexample = _explained(context, specification, normal_form, node, implementation, found)
+    states, transitions = int(pairs.levels[-1]), pairs.transitions
+    return budget.outcome(Verdict.FAIL, None, states, transitions, counterexample)
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """A violation at the end of a path through an exploration."""
+
+    exploration: PairExploration
+    path: tuple[Step, ...]
+    violation: Violation
+
+
+def _without_compression(
+    context: Context,
+    normal_form: Specification,
+    node: int,
+    implementation: Process,
+    model: Semantics,
+    found: _Found,
+) -> _Found:
+    """The same violation after the same trace by components that are not compressed, if they can be followed there.
+
+    Compressed or not, a process can do, refuse and diverge the same after a trace; the runs differ.
+    """
+    kind, event = found.violation.kind, found.violation.event
+    along = along_original(context, implementation, visible(found.path), "FD" if model == "FD" else "T")
+    if along is None:
+        return found
+    length = along.pairs.depth
+    offers = along.offers(length)
+    if kind == "trace":
+        goals = offers.indices[offers.performers(event)]
+    elif kind == "divergence":
+        goals = along.pairs.tau_cyclic(length)
+    else:
+        allowed = [frozenset(acceptance) for acceptance in normal_form.acceptances(node)]
+        accepted = [offers.acceptance(place) for place in range(len(offers.indices))]
+        refusing = [a is not None and not any(least <= a for least in allowed) for a in accepted]
+        goals = offers.indices[np.array(refusing, dtype=np.bool_)]
+    path = along.path(goals)
+    return _Found(along.pairs, path, Violation(reached(along.pairs, path), kind, event))
+
+
+def first_violation(pairs: PairExploration) -> tuple[tuple[Step, ...], Violation]:
+    """The canonical path to a violation, and the violation at its end that comes first."""
+    rank = {violation: _rank(violation) for violation in pairs.violations()}
+    best: dict[int, int] = {}
+    for violation, number in rank.items():
+        best[violation.index] = min(number, best.get(violation.index, number))
+    goals = np.array(sorted(best), dtype=np.int64)
+    # Ranks are handed on as places in their order, since identifiers of events may be anything up to 2 ** 63.
+    order = {number: place for place, number in enumerate(sorted(set(best.values())))}
+    path = shortest_path(pairs, goals, np.array([order[best[index]] for index in goals.tolist()], dtype=np.int64))
+    end = reached(pairs, path)
+    return path, min((violation for violation in rank if violation.index == end), key=_rank)
+
+
+def _rank(violation: Violation) -> int:
+    """An event that is not allowed comes first, the least of them; then a refusal; then a divergence."""
+    if violation.kind == "trace":
+        return violation.event
+    return 1 << 63 if violation.kind == "refusal" else 1 << 64
+
+
+def _explained(
+    context: Context,
+    specification: Process,
+    normal_form: Specification,
+    node: int,
+    implementation: Process,
+    found: _Found,
+) -> Counterexample:
+    pairs, path, violation = found.exploration, found.path, found.violation
+    events = context.events
+    behaviour = Behaviour(implementation, pairs.packed, path, events)
+    trace = visible(path)
+    specification_trace = tuple(events.name(event) for event in trace)
+    run = specification_run(specification, trace, events)
+    if violation.kind == "trace":
+        event = violation.event
+        behaviour.confirm(can_perform(event), "a state with the forbidden event")
+        _deny_event(specification, trace, event)
+        return Counterexample(
+            "trace",
+            behaviour.trace,
+            behaviour.causes,
+            event=events.name(event),
+            allowed=(behaviour.names(normal_form.allowed(node)),),
+            components=behaviour.components(),
+            run=behaviour.run,
+            specification_trace=specification_trace,
+            specification=run,
+            event_parts=behaviour.parts_in(event),
+        )
+    if violation.kind == "divergence":
+        divergence = diverging(implementation, pairs, path, violation.index, events)
+        allowed = tuple(behaviour.names(acceptance) for acceptance in normal_form.acceptances(node))
+        return replace(divergence, allowed=allowed, specification_trace=specification_trace, specification=run)
+    offered = frozenset(pairs.successors(np.array([violation.index], dtype=np.int64)).events.tolist())
+    accepted = frozenset({TICK}) if TICK in offered else offered
+    acceptances = normal_form.acceptances(node)
+    behaviour.confirm(lambda row: offer(row) == accepted, "a state that offers too little")
+    _deny_acceptance(specification, trace, accepted)
+    return Counterexample(
+        "refusal",
+        behaviour.trace,
+        behaviour.causes,
+        refusal=behaviour.names({event for acceptance in acceptances for event in acceptance} - accepted),
+        offered=behaviour.names(accepted),
+        allowed=tuple(behaviour.names(acceptance) for acceptance in acceptances),
+        components=behaviour.components(),
+        run=behaviour.run,
+        specification_trace=specification_trace,
+        specification=run,
+    )
+
+
+def _deny_event(specification: Process, trace: tuple[int, ...], event: int) -> None:
+    rows = states_after(specification, trace, REPLAYED_SPECIFICATION)
+    if rows is not None and any(label == event for row in rows for label, _ in row):
+        raise ReplayFailure("the specification can perform the event that it was said not to allow")
+
+
+def _deny_acceptance(specification: Process, trace: tuple[int, ...], accepted: frozenset[int]) -> None:
+    rows = states_after(specification, trace, REPLAYED_SPECIFICATION)
+    for row in rows or ():
+        acceptance = offer(row)
+        if acceptance is not None and acceptance <= accepted:
+            raise ReplayFailure("the specification can refuse what it was said to offer")

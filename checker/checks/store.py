@@ -1,0 +1,331 @@
+"""The machines of processes, built once and shared between the assertions of a script.
+
+Everything is keyed by the process term, which is one object however often the script writes it. What a machine is
+does not depend on which assertion asked for it first; an exploration that ended early because one assertion had its
+answer is kept for the same question only.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from functools import partial
+from typing import Any, Literal
+
+from cspcheck.checker.budget import Budget, Incomplete, coverage
+from cspcheck.checker.lts import Lts
+from cspcheck.checker.network.compiler import MOST_TERMS, Compiler, LimitReached
+from cspcheck.checker.network.components import JOINED, Alone, Joined, joined_machine
+from cspcheck.checker.network.skeleton import compile_single, look_through
+from cspcheck.checker.packing.packed import PackedNetwork, pack
+from cspcheck.checker.reduction.compression import COMPRESSIONS
+from cspcheck.checker.search.exploration import Exploration, Progress, explore
+from cspcheck.checker.search.pair_search import PairExploration, explore_pairs
+from cspcheck.checker.semantics.beginning import beginning
+from cspcheck.checker.specification.lazy import LazySpecification
+from cspcheck.checker.specification.normal_form import NormalForm, Semantics
+from cspcheck.checker.specification.normalisation import is_deterministic, normalise
+from cspcheck.checker.specification.normaliser import Normaliser
+from cspcheck.checker.verdict import Limits
+from cspcheck.cspm.process.terms import Compressed, Process
+
+Aim = Literal["everything", "deadlock", "deadlock or divergence", "divergence"]
+"""What an exploration looks for; it may end at the first level that has it."""
+
+Specification = NormalForm | Normaliser | LazySpecification
+"""What an implementation is compared with: a whole normal form, or one that grows."""
+
+KEPT_BYTES = 1 << 30
+"""Machines are kept for later assertions as long as all together take no more than this (the last is always kept)."""
+
+BEGINNING = 20_000
+"""So many states of a process without end are looked at for something that is wrong early on."""
+
+WHOLE_NORMAL_FORM = 50_000
+"""Normal forms of more nodes than this are extended node by node as the search reaches them."""
+
+
+class Machines:
+    """Networks, explorations, explicit machines and normal forms of the processes of one script.
+
+    Args:
+        workers: threads for large searches.
+        full: explore everything, end nothing early, merge nothing.
+        kept_bytes: how much to keep for later.
+        progress, notify: handed to the searches.
+    """
+
+    def __init__(
+        self,
+        *,
+        workers: int = 1,
+        full: bool = False,
+        kept_bytes: int = KEPT_BYTES,
+        progress: Callable[[Progress], None] | None = None,
+        notify: Callable[[str], None] | None = None,
+    ) -> None:
+        self.workers = workers
+        self.full = full
+        self._kept_bytes = kept_bytes
+        self._progress = progress
+        self._notify = notify
+        self._compiler = Compiler()
+        self._beginnings: dict[Process, PackedNetwork] = {}
+        self._too_large: set[tuple[Compressed, Limits]] = set()
+        self._kept: OrderedDict[Hashable, tuple[Any, int]] = OrderedDict()
+
+    def packed(self, process: Process, budget: Budget, *, original: bool = False) -> PackedNetwork:
+        """The network of a process, ready to be searched.
+
+        Args:
+            process: the process.
+            budget: what may be used.
+            original: whether compressed components are to have all their states.
+
+        Raises:
+            Incomplete: a component is too large for a limit, or took too long.
+            ScriptError: a definition cannot be evaluated.
+        """
+        if process in self._beginnings:
+            return self._beginnings[process]
+        original = original or self.full
+        key = ("packed", process, original)
+        found: PackedNetwork | None = self._find(key)
+        if found is None:
+            compress = look_through if original else partial(self._compressed, budget)
+
+            def poll(states: int) -> None:
+                budget.check_time(f"exploring a component of the process, {states:,} states of it so far")
+
+            try:
+                found = pack(self._compiler.network(process, budget.limits, poll, compress))
+            except LimitReached as reached:
+                raise Incomplete(budget.too_many_terms(reached), reached.states, endless=True) from None
+            if not original and not found.network.is_compressed:
+                self._keep(("packed", process, True), found, 0)
+            self._keep(key, found, 0)
+        return found
+
+    def at_the_beginning(self, process: Process, budget: Budget) -> tuple[Machines, int]:
+        """Machines for which *process* is what it can do within its first levels, and how many these are.
+
+        They share nothing with these, so that nothing of the rest is taken for what it is not.
+        """
+        most = BEGINNING if budget.limits.states is None else min(BEGINNING, budget.limits.states)
+        found = beginning(process, most, lambda _: budget.check_time("looking at the beginning of the process"))
+        others = Machines(workers=self.workers, full=self.full, progress=self._progress, notify=self._notify)
+        others._beginnings[process] = pack(compile_single(process, found.machine))
+        return others, found.levels
+
+    def _compressed(self, budget: Budget, term: Compressed, role: Alone | Joined) -> Lts | None:
+        """The machine of a compressed process in a role; None where its operand is too large to be explored by itself.
+
+        The operand may have no end by itself and yet have one in company, so a limit that is reached here is none of
+        the whole.
+
+        Raises:
+            Incomplete: the time is over.
+        """
+        key = ("compressed", term, role)
+        found: Lts | None = self._find(key)
+        if found is None:
+            if (term, budget.limits) in self._too_large:
+                return None
+            try:
+                lts = self.lts(term.process, budget)
+                budget.check_time(f"compressing a component of {lts.states:,} states")
+                found = COMPRESSIONS[term.function](joined_machine(lts) if role is JOINED else lts)
+            except Incomplete:
+                if budget.is_over():
+                    raise
+                self._too_large.add((term, budget.limits))
+                return None
+            self._keep(key, found, found.offsets.nbytes + 2 * found.labels.nbytes)
+        return found
+
+    def exploration(self, process: Process, aim: Aim, budget: Budget, *, original: bool = False) -> Exploration:
+        """The reachable states of a process; all of them unless what is aimed at, or a limit, ended the search.
+
+        A whole exploration that is there already answers every aim.
+        """
+        original = self._differs(process) if original else False
+        whole: Exploration | None = self._find(("exploration", process, "everything", original))
+        if whole is not None and whole.complete:
+            budget.used(whole.peak_memory_bytes)
+            return whole
+        if self.full:
+            aim = "everything"
+        key = ("exploration", process, aim, original)
+        found: Exploration | None = self._find(key)
+        if found is None:
+            found = explore(
+                self.packed(process, budget, original=original),
+                limits=budget.remaining(),
+                workers=self.workers,
+                stop_at_deadlock="deadlock" in aim,
+                stop_at_divergence="divergence" in aim,
+                progress=self._progress,
+                notify=self._notify,
+            )
+            if found.complete:
+                key = ("exploration", process, "everything", original)
+            # How far a search gets in a time is no property of the machine: the next assertion may get further.
+            if found.complete or found.stop in ("found", "states"):
+                self._keep(key, found, found.peak_memory_bytes)
+        budget.used(found.peak_memory_bytes)
+        return found
+
+    def _differs(self, process: Process) -> bool:
+        """Whether a process may have more states than it has with its components compressed."""
+        packed: PackedNetwork | None = self._find(("packed", process, False))
+        return not self.full and (packed is None or packed.network.is_compressed)
+
+    def lts(self, process: Process, budget: Budget, part: str = "", *, original: bool = False) -> Lts:
+        """The explicit machine of a process.
+
+        Args:
+            process: the process.
+            budget: what may be used.
+            part: what the process is to the assertion, for the message: `` of the specification``.
+            original: whether compressed components are to have all their states.
+
+        Raises:
+            Incomplete: a limit was reached.
+        """
+        original = self._differs(process) if original else False
+        key = ("lts", process, original)
+        found: Lts | None = self._find(key)
+        if found is None:
+            exploration = self.exploration(process, "everything", budget, original=original)
+            if not exploration.complete:
+                raise Incomplete(
+                    f"{budget.reached(exploration)}{part}: {coverage(exploration)}",
+                    exploration.levels[-1],
+                    exploration.transitions,
+                )
+            needed = 8 * (exploration.levels[-1] + 1) + 16 * exploration.transitions
+            memory = budget.limits.memory_bytes
+            if memory is not None and needed > memory:
+                raise Incomplete(
+                    f"{budget.memory_reached()}{part}: its {exploration.levels[-1]:,} states take {needed:,} bytes",
+                    exploration.levels[-1],
+                    exploration.transitions,
+                )
+            found = exploration.to_lts()
+            self._keep(key, found, needed)
+        budget.used(found.offsets.nbytes + found.labels.nbytes + found.targets.nbytes)
+        return found
+
+    def specification(
+        self, process: Process, model: Semantics, implementation: Process, budget: Budget
+    ) -> Specification:
+        """The normal form of a process: whole where that is cheap, else one that grows as a search reaches it.
+
+        Args:
+            process: the specification.
+            model: what it is to be compared in.
+            implementation: what it is to be compared with, which matters where the specification is too large to be
+                explored by itself.
+            budget: what may be used.
+
+        Raises:
+            Incomplete: there was no time to explore the specification.
+        """
+        key = ("normal form", process, model)
+        found: NormalForm | Normaliser | None = self._find(key)
+        if found is None:
+            try:
+                lts = self.lts(process, budget, " in the specification")
+            except Incomplete as incomplete:
+                if budget.is_over():
+                    raise
+                alphabet = self.packed(implementation, budget).events[1:]
+                most = MOST_TERMS if budget.limits.states is None else budget.limits.states
+                return LazySpecification(
+                    process, model, alphabet, most, incomplete, lambda: budget.check_time("exploring the specification")
+                )
+            if is_deterministic(lts):
+                found = normalise(lts, model, minimise=not self.full)
+            elif self.full:
+                found = Normaliser(lts, model)
+            else:
+                found = _whole_or_lazy(lts, model, budget)
+            self._keep(key, found, _size(found))
+        budget.used(_size(found))
+        return found
+
+    def pairs(
+        self,
+        specification: Specification,
+        process: Process,
+        model: Semantics,
+        budget: Budget,
+        *,
+        full: bool,
+        original: bool = False,
+    ) -> PairExploration:
+        """The reachable pairs of a specification's node and a state of *process*. Not kept.
+
+        Args:
+            specification, process, model: what is compared.
+            budget: what may be used.
+            full: whether to go on after a violation.
+            original: whether compressed components are to have all their states.
+
+        Raises:
+            Incomplete: a lazy specification ran into a limit.
+        """
+        found = explore_pairs(
+            self.packed(process, budget, original=original),
+            specification,
+            model,
+            full=full,
+            limits=budget.remaining(),
+            workers=self.workers,
+            progress=self._progress,
+            notify=self._notify,
+        )
+        budget.used(found.peak_memory_bytes + _size(specification))
+        return found
+
+    def _find(self, key: Hashable) -> Any:
+        entry = self._kept.get(key)
+        if entry is None:
+            return None
+        self._kept.move_to_end(key)
+        return entry[0]
+
+    def _keep(self, key: Hashable, value: Any, size: int) -> None:
+        self._kept[key] = (value, size)
+        total = sum(size for _, size in self._kept.values())
+        for old in list(self._kept)[:-1]:
+            if total <= self._kept_bytes:
+                break
+            _, size = self._kept[old]
+            if size:
+                total -= size
+                del self._kept[old]
+
+
+class _TooManyNodes(Exception):
+    """A normal form is not worth having as a whole."""
+
+
+def _whole_or_lazy(lts: Lts, model: Semantics, budget: Budget) -> NormalForm | Normaliser:
+    def poll(nodes: int) -> None:
+        budget.check_time("normalising the specification")
+        if nodes > WHOLE_NORMAL_FORM:
+            raise _TooManyNodes
+
+    try:
+        return normalise(lts, model, poll=poll)
+    except _TooManyNodes:
+        return Normaliser(lts, model)
+
+
+def _size(specification: Specification) -> int:
+    """About how many bytes a normal form takes; of one that grows in terms nobody knows."""
+    if isinstance(specification, NormalForm):
+        arrays = (specification.offsets, specification.columns, specification.targets, specification.acceptance_set)
+        return sum(array.nbytes for array in arrays)
+    return specification.nbytes if isinstance(specification, Normaliser) else 0

@@ -1,0 +1,202 @@
+"""Who waits for whom: the components that an offered event lacks."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Mapping
+from itertools import count
+
+from cspcheck.checker.network.network import Network
+from cspcheck.cspm.process.events import TAU, TICK, EventSet
+from cspcheck.cspm.process.terms import (
+    AlphabetisedParallel,
+    Compressed,
+    Hide,
+    LinkedParallel,
+    Parallel,
+    Process,
+    Project,
+    Reference,
+    Rename,
+)
+from cspcheck.cspm.recursion import deep_recursion
+
+Move = tuple[int, int]
+"""A slot and a label of its machine."""
+Blocked = dict[int, set[int]]
+"""For slots that offer events which cannot happen: the slots that would have to take part and cannot."""
+
+
+def blocked(
+    process: Process, network: Network, format: int, local: Mapping[int, int], *, sure: bool = False
+) -> Blocked:
+    """For each slot in use the slots that lack what one of its events needs.
+
+    Events that can happen in some way are left out. Of a group of which nobody can ever perform an event, all are
+    meant; with *sure* nobody is, since it need not be each of them that stands in the way.
+
+    Args:
+        process: the term that *network* was compiled from.
+        network: the network.
+        format: the format of the state.
+        local: the local states of the slots in use.
+    """
+    offered = {slot: {label for label, _ in network.slots[slot].lts.successors(s)} for slot, s in local.items()}
+    possible: set[Move] = set()
+    missing: dict[Move, set[int]] = {}
+    for rule in network.rules:
+        if rule.format != format:
+            continue
+        lacking = {slot for slot, label in rule.moves if label not in offered.get(slot, ())}
+        ready = [move for move in rule.moves if move[0] not in lacking]
+        if not lacking:
+            possible.update(ready)
+        for move in ready:
+            missing.setdefault(move, set()).update(lacking)
+    for move, lacking in _without_rules(process, network).items():
+        if move[1] in offered.get(move[0], ()) and not (sure and len(lacking) > 1):
+            missing.setdefault(move, set()).update(lacking)
+    found: Blocked = {}
+    for move, lacking in missing.items():
+        if move not in possible and lacking:
+            found.setdefault(move[0], set()).update(lacking)
+    return found
+
+
+def shortest_cycle(waits_for: Blocked) -> tuple[int, ...] | None:
+    """The shortest cycle of slots each of which waits for the next and the last for the first.
+
+    Of several the one with the earliest slot, which comes first; None if there is none.
+    """
+    successors = {slot: sorted(others) for slot, others in waits_for.items()}
+    cycles = (_cycle_through(start, successors) for start in sorted(successors))
+    return min((cycle for cycle in cycles if cycle is not None), key=len, default=None)
+
+
+def _cycle_through(start: int, successors: dict[int, list[int]]) -> tuple[int, ...] | None:
+    """The shortest cycle from *start* back to it, the least successors first."""
+    previous: dict[int, int] = {}
+    queue = deque([start])
+    while queue:
+        node = queue.popleft()
+        for successor in successors.get(node, ()):
+            if successor == start:
+                cycle = [node]
+                while cycle[-1] != start:
+                    cycle.append(previous[cycle[-1]])
+                return tuple(reversed(cycle))
+            if successor not in previous:
+                previous[successor] = node
+                queue.append(successor)
+    return None
+
+
+def _without_rules(process: Process, network: Network) -> dict[Move, set[int]]:
+    """The moves that no rule has because a partner cannot perform the event in any state, with those partners.
+
+    Nothing is known of networks whose components are not the operands of *process*.
+    """
+    walk = _Walk(network)
+    if network.formats == 1:
+        with deep_recursion():
+            walk.origins(process)
+    return walk.stuck if walk.slots == len(network.slots) else {}
+
+
+class _Walk:
+    """A walk over the parallel operators of a term that finds which moves end up in which event of the whole."""
+
+    def __init__(self, network: Network) -> None:
+        self._network = network
+        self._next = count()
+        self.slots = 0
+        self.stuck: dict[Move, set[int]] = {}
+
+    def origins(self, process: Process) -> dict[int, set[Move]]:
+        """For each event that *process* can ever perform, taus apart, the moves that it can be made of."""
+        while isinstance(process, (Reference, Compressed)):
+            if isinstance(process, Compressed) and process is self._compressed_next():
+                break
+            process = process.body() if isinstance(process, Reference) else process.process
+        match process:
+            case Parallel():
+                parts = [self._part(operand) for operand in process.operands]
+                return self._together(parts, [process.events] * len(parts))
+            case AlphabetisedParallel():
+                parts = [self._part(operand) for operand in process.operands]
+                for (found, _), alphabet in zip(parts, process.alphabets, strict=True):
+                    for event in [event for event in found if event != TICK and event not in alphabet]:
+                        del found[event]
+                return self._together(parts, process.alphabets)
+            case LinkedParallel():
+                return self._linked(process)
+            case Hide():
+                found = self.origins(process.process)
+                return {event: moves for event, moves in found.items() if event not in process.events}
+            case Project():
+                found = self.origins(process.process)
+                return {event: moves for event, moves in found.items() if event == TICK or event in process.events}
+            case Rename():
+                return self._renamed(self.origins(process.process), process.pairs)
+        slot = next(self._next)
+        self.slots = slot + 1
+        if slot >= len(self._network.slots):
+            return {}
+        return {label: {(slot, label)} for label in self._network.slots[slot].lts.alphabet() if label != TAU}
+
+    def _compressed_next(self) -> Process | None:
+        """What the next component is a compression of, if it is one."""
+        slots = self._network.slots
+        return slots[self.slots].compressed if self.slots < len(slots) else None
+
+    def _part(self, operand: Process) -> tuple[dict[int, set[Move]], range]:
+        first = self.slots
+        found = self.origins(operand)
+        return found, range(first, self.slots)
+
+    def _together(
+        self, parts: list[tuple[dict[int, set[Move]], range]], alphabets: Iterable[EventSet]
+    ) -> dict[int, set[Move]]:
+        """Join operands that perform the events of their alphabets only with all others that have them in theirs."""
+        alphabets = tuple(alphabets)
+        merged: dict[int, set[Move]] = {}
+        for event in sorted({event for found, _ in parts for event in found}):
+            having = [i for i, (found, _) in enumerate(parts) if event in found]
+            moves = {move for i in having for move in parts[i][0][event]}
+            sharing = [i for i, alphabet in enumerate(alphabets) if event == TICK or event in alphabet]
+            lacking = [i for i in sharing if i not in having]
+            if lacking:
+                self._block(moves, [parts[i][1] for i in lacking])
+            else:
+                merged[event] = moves
+        return merged
+
+    def _linked(self, process: LinkedParallel) -> dict[int, set[Move]]:
+        (left, left_slots), (right, right_slots) = self._part(process.left), self._part(process.right)
+        for event, partner in (*process.links, (TICK, TICK)):
+            if event in left and partner not in right:
+                self._block(left[event], [right_slots])
+            if partner in right and event not in left:
+                self._block(right[partner], [left_slots])
+        both = {TICK} if TICK in left and TICK in right else set()
+        linked = tuple({link[side] for link in process.links} | ({TICK} - both) for side in (0, 1))
+        merged: dict[int, set[Move]] = {}
+        for found, gone in zip((left, right), linked, strict=True):
+            for event, moves in found.items():
+                if event not in gone:
+                    merged.setdefault(event, set()).update(moves)
+        return merged
+
+    def _renamed(self, found: dict[int, set[Move]], pairs: Iterable[tuple[int, int]]) -> dict[int, set[Move]]:
+        new: dict[int, list[int]] = {}
+        for old, name in pairs:
+            new.setdefault(old, []).append(name)
+        renamed: dict[int, set[Move]] = {}
+        for event, moves in found.items():
+            for name in new.get(event, (event,)):
+                renamed.setdefault(name, set()).update(moves)
+        return renamed
+
+    def _block(self, moves: Iterable[Move], partners: Iterable[range]) -> None:
+        for move in moves:
+            self.stuck.setdefault(move, set()).update(slot for partner in partners for slot in partner)

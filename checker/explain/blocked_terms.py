@@ -1,0 +1,195 @@
+"""Who waits for whom in a running composition, read off the terms: the components that an offered event lacks.
+
+As ``cspcheck.checker.explain.blocked_slots`` does it for networks; here no component's machine is needed, only what
+its state offers and, where it is cheap to find out, which events it can ever perform.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from cspcheck.checker.explain.running import Component, Running, Tree
+from cspcheck.checker.semantics.head_normal import active
+from cspcheck.checker.semantics.parallel import has_terminated
+from cspcheck.checker.semantics.transitions import MoreStates, Semantics, breadth_first
+from cspcheck.cspm.process.events import TAU, TICK, EventSet
+from cspcheck.cspm.process.terms import AlphabetisedParallel, Hide, LinkedParallel, Parallel, Process, Project, Rename
+from cspcheck.cspm.recursion import deep_recursion
+
+LOOKED_AT = 500
+"""States of a component that are looked at to find out what it can ever perform."""
+
+Offer = tuple[Component, int]
+"""A component and an event that its state offers."""
+Offers = dict[int, set[Offer]]
+"""By event of a composition, the offers of components that it is made of."""
+
+
+def waiting(semantics: Semantics, running: Running, *, sure: bool = False) -> dict[Component, list[Component]]:
+    """For each component with an offer that cannot be taken up, the components that do not play their part in it.
+
+    Offers that can be taken up in some way are left out. Of a group of which nobody can ever take one up, all are
+    meant; with *sure* nobody is. Components stand in the order of the composition.
+    """
+    with deep_recursion():
+        found = _Waiting(semantics, sure)
+        for offers in found.offers(running.tree, running.state).values():
+            found.possible |= offers
+    order = {component: i for i, (component, _) in enumerate(running.components())}
+    result: dict[Component, list[Component]] = {}
+    for component in order:
+        lacking = {
+            other
+            for offer, others in found.lacking.items()
+            if offer[0] is component and offer not in found.possible
+            for other in others
+        }
+        if lacking:
+            result[component] = sorted(lacking, key=order.__getitem__)
+    return result
+
+
+class _Waiting:
+    def __init__(self, semantics: Semantics, sure: bool) -> None:
+        self._semantics = semantics
+        self._sure = sure
+        self._alphabets: dict[Process, frozenset[int] | None] = {}
+        self.possible: set[Offer] = set()
+        self.lacking: dict[Offer, set[Component]] = {}
+
+    def offers(self, tree: Tree, state: Process) -> Offers:
+        """What a part of the composition can perform now, taus apart; what gets stuck or is hidden is noted."""
+        if tree.component is not None:
+            row = self._semantics.transitions(state)
+            # Who could still do something else terminates by itself, by a tau.
+            ends = has_terminated(row)
+            return {event: {(tree.component, event)} for event, _ in row if event != TAU and (event != TICK or ends)}
+        parts = [self.offers(child, operand) for child, operand in zip(tree.children, active(state), strict=True)]
+        match state:
+            case Parallel():
+                return self._joined(tree, state, parts, [state.events] * len(parts), alone=True)
+            case AlphabetisedParallel():
+                return self._joined(tree, state, parts, state.alphabets, alone=False)
+            case LinkedParallel():
+                return self._linked(tree, state, parts)
+            case Hide():
+                return self._hidden(parts[0], lambda event: event in state.events)
+            case Project():
+                return self._hidden(parts[0], lambda event: event != TICK and event not in state.events)
+            case Rename():
+                return _renamed(parts[0], state.pairs)
+        # Of the others only priority keeps a component from what it could do, and nobody plays a part in that.
+        merged: Offers = {}
+        for part in parts:
+            for event, offers in part.items():
+                merged.setdefault(event, set()).update(offers)
+        return merged
+
+    def _hidden(self, part: Offers, is_hidden: Callable[[int], bool]) -> Offers:
+        for event in [event for event in part if is_hidden(event)]:
+            self.possible |= part.pop(event)
+        return part
+
+    def _joined(
+        self, tree: Tree, state: Process, parts: list[Offers], alphabets: Iterable[EventSet], *, alone: bool
+    ) -> Offers:
+        """Operands that perform the events of their alphabets together, others alone or not at all."""
+        alphabets = list(alphabets)
+        operands = active(state)
+        merged: Offers = {}
+        for event in sorted({event for part in parts for event in part}):
+            sharing = [i for i, alphabet in enumerate(alphabets) if event == TICK or event in alphabet]
+            having = [i for i, part in enumerate(parts) if event in part and (alone or i in sharing)]
+            offers = {offer for i in having for offer in parts[i][event]}
+            if not having:
+                continue
+            missing = [i for i in sharing if i not in having]
+            if missing:
+                self._note(offers, [self.missing(tree.children[i], operands[i], event) for i in missing])
+            else:
+                merged[event] = offers
+        return merged
+
+    def _linked(self, tree: Tree, state: LinkedParallel, parts: list[Offers]) -> Offers:
+        left, right = parts
+        linked = ({a for a, _ in state.links}, {b for _, b in state.links})
+        for a, b in state.links:
+            if a in left and b in right:
+                self.possible |= left[a] | right[b]
+            elif a in left:
+                self._note(left[a], [self.missing(tree.children[1], state.right, b)])
+            elif b in right:
+                self._note(right[b], [self.missing(tree.children[0], state.left, a)])
+        own = [
+            {event: offers for event, offers in part.items() if event not in ends}
+            for part, ends in zip(parts, linked, strict=True)
+        ]
+        return self._joined(tree, state, own, [EventSet(), EventSet()], alone=True)
+
+    def _note(self, offers: set[Offer], missing: Iterable[set[Component]]) -> None:
+        components = set().union(*missing)
+        for offer in offers:
+            self.lacking.setdefault(offer, set()).update(components)
+
+    def missing(self, tree: Tree, state: Process, event: int) -> set[Component]:
+        """The components in a part that would have to offer something for the part to perform *event*.
+
+        Where none of several ever can, all of them or, if only sure ones are wanted, none.
+        """
+        found = self._missing(tree, state, event)
+        return found or self._all({component for component, _ in Running(state, tree).components()})
+
+    def _all(self, components: set[Component]) -> set[Component]:
+        return set() if self._sure and len(components) > 1 else components
+
+    def _missing(self, tree: Tree, state: Process, event: int) -> set[Component]:
+        if tree.component is not None:
+            return {tree.component}
+        operands = active(state)
+        children = list(zip(tree.children, operands, strict=True))
+        match state:
+            case Rename():
+                wanted = [old for old, new in state.pairs if new == event]
+                if all(old != event for old, _ in state.pairs):
+                    wanted.append(event)
+                return set().union(*[self._missing(*children[0], old) for old in wanted])
+            case AlphabetisedParallel():
+                chosen = [
+                    child for child, a in zip(children, state.alphabets, strict=True) if event == TICK or event in a
+                ]
+            case Parallel() | LinkedParallel() if event == TICK or (
+                isinstance(state, Parallel) and event in state.events
+            ):
+                chosen = children
+            case _:
+                chosen = [child for child in children if self._is_able(child[1], event)]
+                if not chosen:
+                    return set()
+                return set().union(*[self._missing(*child, event) for child in chosen])
+        return set().union(*[self._missing(*child, event) for child in chosen if not self._offers(child[1], event)])
+
+    def _offers(self, state: Process, event: int) -> bool:
+        row = self._semantics.transitions(state)
+        # Who could still do something else does not end together with the others.
+        return has_terminated(row) if event == TICK else any(label == event for label, _ in row)
+
+    def _is_able(self, state: Process, event: int) -> bool:
+        if state not in self._alphabets:
+            try:
+                machine = breadth_first(state, self._semantics.transitions, LOOKED_AT, None)
+                self._alphabets[state] = frozenset(machine.alphabet())
+            except MoreStates:
+                self._alphabets[state] = None
+        alphabet = self._alphabets[state]
+        return alphabet is None or event in alphabet
+
+
+def _renamed(part: Offers, pairs: Iterable[tuple[int, int]]) -> Offers:
+    new: dict[int, list[int]] = {}
+    for old, name in pairs:
+        new.setdefault(old, []).append(name)
+    renamed: Offers = {}
+    for event, offers in part.items():
+        for name in new.get(event, (event,)):
+            renamed.setdefault(name, set()).update(offers)
+    return renamed

@@ -1,0 +1,252 @@
+"""The kernels in both forms: interpreted at once, or compiled by numba, which takes a moment to load.
+
+Both are made from the same functions. Interpreted kernels read memory views of the arrays, whose elements are
+Python integers; compiled ones the arrays themselves. Machine code is kept in the user's cache folder, below a name
+that stands for the text of the kernels: numba by itself does not notice a change in a function that another file's
+function calls.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import os
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from types import FunctionType, ModuleType
+from typing import Any, get_type_hints
+
+import numpy as np
+
+from cspcheck.checker.kernels import (
+    expand as kernels_expand,
+    levels as kernels_levels,
+    pairs as kernels_pairs,
+    partition as kernels_partition,
+    table as table_kernels,
+)
+from cspcheck.checker.kernels.arrays import Index, Int32Array, Rules, Scratch, UInt8Array, no_guide
+from cspcheck.checker.lts import Int64Array
+
+MODULES: tuple[ModuleType, ...] = (table_kernels, kernels_expand, kernels_pairs, kernels_levels, kernels_partition)
+"""Where the kernels are, callees before callers."""
+
+ENTRIES = (
+    "insert",
+    "find",
+    "enter_all",
+    "sort_by_owner",
+    "claim",
+    "settle",
+    "expand",
+    "follow",
+    "nodes_after",
+    "note_movers",
+    "count_deadlocks",
+    "count_arrivals",
+    "peel",
+    "strong_components",
+    "coarsest",
+)
+"""The kernels that are called from outside."""
+
+COMPILATION_SECONDS = 20
+"""How long the first compilation takes, about."""
+
+ARRAYS: Mapping[str, type[np.generic]] = {
+    **dict.fromkeys(("table", "events", "fired", "arrivals", "queue"), np.int32),
+    **dict.fromkeys(("moved", "verdicts"), np.uint8),
+    **dict.fromkeys(("states", "targets", "offsets", "numbers", "ends", "outbox", "fresh", "places"), np.int64),
+    **dict.fromkeys(("before", "sources", "after"), np.int64),
+    **dict.fromkeys(("patterns", "component", "low", "stack", "path"), np.int64),
+    **dict.fromkeys(("labels", "earlier_offsets", "earlier", "block", "order", "place"), np.int64),
+    **dict.fromkeys(("block_first", "block_last", "marked", "dirty", "changed", "touched", "queued"), np.int64),
+    **dict.fromkeys(("group", "group_ends", "group_size", "group_block", "buffer", "slots", "stamps"), np.int64),
+}
+"""Kernel parameters that are arrays, by name; the others are integers or the tuples of ``kernel_tables``."""
+
+Kernel = Callable[..., Any]
+
+
+class Kernels:
+    """The kernels as attributes, by their names.
+
+    Attributes:
+        compiled: whether they are machine code (which can run in threads).
+    """
+
+    def __init__(self, functions: Mapping[str, Kernel], *, compiled: bool) -> None:
+        self._functions = functions
+        self.compiled = compiled
+
+    def __getattr__(self, name: str) -> Kernel:
+        try:
+            return self._functions[name]
+        except KeyError:
+            raise AttributeError(name) from None
+
+
+def kernels(compiled: bool, notify: Callable[[str], None] | None = None) -> Kernels:
+    """The kernels.
+
+    Args:
+        compiled: in which form.
+        notify: called with one line when they have to be compiled first.
+    """
+    return _loaded(compiled) if notify is None else _loaded(compiled, notify)
+
+
+def is_loaded() -> bool:
+    """Whether this process has the compiled kernels already."""
+    return True in _forms
+
+
+_forms: dict[bool, Kernels] = {}
+
+
+def _loaded(compiled: bool, notify: Callable[[str], None] = lambda line: None) -> Kernels:
+    if compiled not in _forms:
+        _forms[compiled] = _compiled(notify) if compiled else _interpreted()
+    return _forms[compiled]
+
+
+def _interpreted() -> Kernels:
+    functions = {function.__name__: _on_views(function) for function in _source_functions()}
+    return Kernels(functions, compiled=False)
+
+
+def _source_functions() -> Iterator[FunctionType]:
+    for module in MODULES:
+        yield from module.KERNELS
+
+
+def _on_views(function: FunctionType) -> Kernel:
+    """The function, called with memory views instead of arrays."""
+
+    def call(*arguments: Any) -> Any:
+        return function(*map(_view, arguments))
+
+    return call
+
+
+def _view(argument: Any) -> Any:
+    if isinstance(argument, np.ndarray):
+        return argument.data
+    if isinstance(argument, tuple):
+        return type(argument)(*map(_view, argument))
+    return argument
+
+
+def _compiled(notify: Callable[[str], None]) -> Kernels:
+    import numba
+
+    folder = cache_folder() / f"kernels-{_fingerprint(numba.__version__)}"
+    with _numba_caching_in(numba.config, folder) as caching:
+        functions = _dispatchers(numba, caching)
+        ready = folder / "ready"
+        if not (caching and ready.exists()):
+            notify(f"compiling the search kernels for this machine (once, about {COMPILATION_SECONDS} s)")
+            for name in ENTRIES:
+                functions[name].compile(_signature(numba, functions[name].py_func))
+            if caching:
+                ready.touch()
+    return Kernels(functions, compiled=True)
+
+
+def cache_folder() -> Path:
+    """Where machine code is kept: ``NUMBA_CACHE_DIR`` if set, else ``cspcheck`` in the user's cache folder."""
+    if os.environ.get("NUMBA_CACHE_DIR"):
+        return Path(os.environ["NUMBA_CACHE_DIR"])
+    if os.environ.get("XDG_CACHE_HOME"):
+        return Path(os.environ["XDG_CACHE_HOME"]) / "cspcheck"
+    if sys.platform == "win32" and os.environ.get("LOCALAPPDATA"):
+        return Path(os.environ["LOCALAPPDATA"]) / "cspcheck" / "cache"
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Caches" / "cspcheck"
+    return Path.home() / ".cache" / "cspcheck"
+
+
+def _fingerprint(version: str) -> str:
+    digest = hashlib.sha256(f"{version} {sys.version_info[:2]} {sys.platform}".encode())
+    for module in (*MODULES, sys.modules[__name__], sys.modules[Rules.__module__]):
+        digest.update(inspect.getsource(module).encode())
+    return digest.hexdigest()[:16]
+
+
+@contextmanager
+def _numba_caching_in(config: Any, folder: Path) -> Iterator[bool]:
+    """Have numba keep what is decorated meanwhile in a folder, if it can be written; gives whether it can."""
+    before = config.CACHE_DIR
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        writable = os.access(folder, os.W_OK)
+    except OSError:
+        writable = False
+    config.CACHE_DIR = str(folder) if writable else before
+    try:
+        yield writable
+    finally:
+        config.CACHE_DIR = before
+
+
+def _machine_product(a: Any, b: Any) -> Any:
+    """What ``wrapping_product`` is for the machine."""
+    return np.int64(np.uint64(a) * np.uint64(b) & np.uint64(0x7FFFFFFFFFFFFFFF))
+
+
+def _machine_prefetch(numba: Any) -> Any:
+    """What ``prefetch`` is for the machine."""
+    from llvmlite import ir
+
+    def prefetch(context: Any, array: Any, index: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            view = context.make_array(signature.args[0])(context, builder, arguments[0])
+            byte = ir.IntType(8).as_pointer()
+            number = ir.IntType(32)
+            kind = ir.FunctionType(ir.VoidType(), [byte, number, number, number])
+            function = numba.core.cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0i8")
+            place = builder.bitcast(builder.gep(view.data, [arguments[1]]), byte)
+            builder.call(function, [place, number(0), number(3), number(1)])
+            return context.get_dummy_value()
+
+        return numba.types.void(array, index), generate
+
+    return numba.extending.intrinsic(prefetch)
+
+
+def _dispatchers(numba: Any, caching: bool) -> dict[str, Any]:
+    """Each kernel as a numba function that sees the others as numba functions."""
+    jit = numba.njit(nogil=True, cache=caching, error_model="numpy")
+    inlined = numba.njit(nogil=True, cache=caching, error_model="numpy", forceinline=True)
+    compiled: dict[str, Any] = {"wrapping_product": inlined(_machine_product), "prefetch": _machine_prefetch(numba)}
+    for function in _source_functions():
+        surroundings = {**function.__globals__, **compiled}
+        copy = FunctionType(function.__code__, surroundings, function.__name__, function.__defaults__)
+        copy.__module__ = function.__module__
+        copy.__qualname__ = function.__qualname__
+        compiled[function.__name__] = jit(copy) if function.__name__ in ENTRIES else inlined(copy)
+    return compiled
+
+
+def _signature(numba: Any, function: FunctionType) -> tuple[Any, ...]:
+    """The types that a kernel is always called with, by the names of its parameters."""
+    tuples = {"rules": Rules, "index": Index, "scratch": Scratch}
+    types = []
+    for name in inspect.signature(function).parameters:
+        if name in ARRAYS:
+            types.append(numba.typeof(np.zeros(1, dtype=ARRAYS[name])))
+        elif name == "guide":
+            types.append(numba.typeof(no_guide()))
+        elif name in tuples:
+            types.append(numba.typeof(_example(tuples[name])))
+        else:
+            types.append(numba.int64)
+    return tuple(types)
+
+
+def _example(kind: type[Any]) -> Any:
+    """A tuple of the given kind, of arrays."""
+    dtypes: dict[Any, type[np.generic]] = {Int64Array: np.int64, Int32Array: np.int32, UInt8Array: np.uint8}
+    return kind(*(np.zeros(1, dtype=dtypes[field]) for field in get_type_hints(kind).values()))

@@ -1,0 +1,309 @@
+"""The search's inner loops, first part: the set of visited states.
+
+Every kernel is plain Python on flat arrays (or memory views of them) and integers, and at the same time a function
+that numba compiles; ``cspcheck.checker.kernels.jit`` gives both. Numbers are natural and below 2**63 throughout, so
+that Python's integers, numpy's and the machine's agree; nothing may overflow, for numba leaves undefined what
+follows. The one place where a product may is :func:`wrapping_product`.
+
+A table of visited states is an open-addressing hash table with linear probing of ``2**bits`` entries. An entry is
+-1, or the state's row number in its low ``bits`` bits below a *tag* of further bits of its hash, ``entry_bits`` in
+all: a wrong state is nearly always recognised without looking at its row. A table is cut into
+``2**partition_bits`` equal partitions, each of which one thread may change while others change theirs; probing stays
+within a partition, which therefore can be full before the table is.
+
+A search of millions of states would mostly wait for memory. The loops over many rows therefore ask for the entry that
+a row will need ``AHEAD`` rows before, and ``CLOSE`` rows before for the state that this entry names. They do so in
+place: as a function of its own the asking costs more than it saves, for numba counts references to arrays that are
+passed on.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+NATURAL = 0x7FFFFFFFFFFFFFFF
+GOLDEN = 0x1E3779B97F4A7C15
+MIXER = 0x3F58476D1CE4E5B9
+
+AHEAD = 64
+"""How many rows ahead an entry is asked for."""
+CLOSE = 32
+"""How many rows ahead the state is asked for that the entry, which has come meanwhile, names."""
+
+
+def wrapping_product(a: int, b: int) -> int:
+    """The low 63 bits of a product. (``cspcheck.checker.kernels.jit`` has this for the machine.)"""
+    return a * b & NATURAL
+
+
+def prefetch(array: Any, index: int) -> None:
+    """Tell the processor that an element will be needed soon; it may lie outside. (``cspcheck.checker.kernels.jit``
+    has this.)
+    """
+
+
+def hash_of(rows: Any, row: int, stride: int) -> int:
+    """A 63-bit hash of a row; the high bits depend on all of it.
+
+    Multiplying by the golden section keeps regular sets of states apart and keeps the distances between states and
+    their successors, which the cache rewards (Knuth, The Art of Computer Programming 3, section 6.4).
+    """
+    base = row * stride
+    h = wrapping_product(rows[base], GOLDEN)
+    for w in range(1, stride):
+        h = wrapping_product((h ^ (h >> 32)) ^ rows[base + w], GOLDEN)
+    return h
+
+
+def mixed(h: int) -> int:
+    """Another 63-bit hash from a hash, without regularities."""
+    return wrapping_product(h ^ (h >> 32), MIXER)
+
+
+def same_row(rows: Any, row: int, others: Any, other: int, stride: int) -> bool:
+    """Whether two rows are equal."""
+    if rows[row * stride] != others[other * stride]:
+        return False
+    for w in range(1, stride):  # noqa: SIM110 (numba has no all)
+        if rows[row * stride + w] != others[other * stride + w]:
+            return False
+    return True
+
+
+def copy_row(rows: Any, row: int, others: Any, other: int, stride: int) -> None:
+    """Copy a row to the place of another."""
+    others[other * stride] = rows[row * stride]
+    for w in range(1, stride):
+        others[other * stride + w] = rows[row * stride + w]
+
+
+def insert(
+    targets: Any,
+    begin: int,
+    end: int,
+    stride: int,
+    states: Any,
+    known: int,
+    room: int,
+    table: Any,
+    bits: int,
+    entry_bits: int,
+    partition_bits: int,
+    numbers: Any,
+) -> tuple[int, int]:
+    """Add the rows *begin* to *end* of *targets* to the visited states, as long as there is room.
+
+    Args:
+        known: how many states there are; new ones are numbered on from there.
+        room: how many there may be.
+        numbers: if not empty, ``numbers[i]`` becomes the number of the state in row ``i`` of *targets*.
+
+    Returns:
+        The first row not added for want of room in its partition or altogether (*end* if all were added), and how
+        many states there are now.
+    """
+    index_mask = (1 << bits) - 1
+    tag_mask = (1 << (entry_bits - bits)) - 1
+    wrap = (1 << (bits - partition_bits)) - 1
+    numbered = len(numbers) > 0
+    for j in range(begin, end):
+        if j + AHEAD < end:
+            prefetch(table, hash_of(targets, j + AHEAD, stride) >> (63 - bits))
+            prefetch(states, (table[hash_of(targets, j + CLOSE, stride) >> (63 - bits)] & index_mask) * stride)
+        h = hash_of(targets, j, stride)
+        place = h >> (63 - bits)
+        tag = (h >> (63 - entry_bits)) & tag_mask
+        last = (place & ~wrap) | ((place - 1) & wrap)
+        while True:
+            entry = table[place]
+            if entry < 0:
+                if known == room:
+                    return j, known
+                table[place] = (tag << bits) | known
+                copy_row(targets, j, states, known, stride)
+                number = known
+                known += 1
+                break
+            if entry >> bits == tag:
+                number = entry & index_mask
+                if same_row(states, number, targets, j, stride):
+                    break
+            if place == last:
+                return j, known
+            place = (place & ~wrap) | ((place + 1) & wrap)
+        if numbered:
+            numbers[j] = number
+    return end, known
+
+
+def find(
+    targets: Any,
+    count: int,
+    stride: int,
+    states: Any,
+    table: Any,
+    bits: int,
+    entry_bits: int,
+    partition_bits: int,
+    numbers: Any,
+) -> None:
+    """The numbers of the first *count* rows of *targets* among the visited states; -1 for those that are not there."""
+    index_mask = (1 << bits) - 1
+    tag_mask = (1 << (entry_bits - bits)) - 1
+    wrap = (1 << (bits - partition_bits)) - 1
+    for j in range(count):
+        if j + AHEAD < count:
+            prefetch(table, hash_of(targets, j + AHEAD, stride) >> (63 - bits))
+            prefetch(states, (table[hash_of(targets, j + CLOSE, stride) >> (63 - bits)] & index_mask) * stride)
+        h = hash_of(targets, j, stride)
+        place = h >> (63 - bits)
+        tag = (h >> (63 - entry_bits)) & tag_mask
+        last = (place & ~wrap) | ((place - 1) & wrap)
+        numbers[j] = -1
+        while True:
+            entry = table[place]
+            if entry < 0:
+                break
+            if entry >> bits == tag and same_row(states, entry & index_mask, targets, j, stride):
+                numbers[j] = entry & index_mask
+                break
+            if place == last:
+                break
+            place = (place & ~wrap) | ((place + 1) & wrap)
+
+
+def enter_all(
+    states: Any,
+    known: int,
+    stride: int,
+    table: Any,
+    bits: int,
+    entry_bits: int,
+    partition_bits: int,
+    first_partition: int,
+    last_partition: int,
+) -> bool:
+    """Enter those of the distinct states that belong to the given partitions into their empty part of the table.
+
+    Returns:
+        Whether the partitions were large enough.
+    """
+    wrap = (1 << (bits - partition_bits)) - 1
+    tag_mask = (1 << (entry_bits - bits)) - 1
+    for row in range(known):
+        if row + AHEAD < known:
+            prefetch(table, hash_of(states, row + AHEAD, stride) >> (63 - bits))
+        h = hash_of(states, row, stride)
+        place = h >> (63 - bits)
+        partition = place >> (bits - partition_bits)
+        if partition < first_partition or partition >= last_partition:
+            continue
+        last = (place & ~wrap) | ((place - 1) & wrap)
+        while table[place] >= 0:
+            if place == last:
+                return False
+            place = (place & ~wrap) | ((place + 1) & wrap)
+        table[place] = (((h >> (63 - entry_bits)) & tag_mask) << bits) | row
+    return True
+
+
+def sort_by_owner(
+    targets: Any, count: int, stride: int, partition_bits: int, owners: int, capacity: int, ends: Any, outbox: Any
+) -> None:
+    """Copy rows to *outbox* grouped by the worker that owns their partition.
+
+    Owner ``o`` has ``capacity`` rows of *outbox* from ``o * capacity`` on; its last one is before ``ends[o]``.
+    """
+    for o in range(owners):
+        ends[o] = o * capacity
+    for j in range(count):
+        owner = (hash_of(targets, j, stride) >> (63 - partition_bits)) * owners >> partition_bits
+        at = ends[owner]
+        ends[owner] = at + 1
+        copy_row(targets, j, outbox, at, stride)
+
+
+def claim(
+    targets: Any,
+    begin: int,
+    end: int,
+    stride: int,
+    states: Any,
+    known: int,
+    fresh: Any,
+    claimed: int,
+    room: int,
+    places: Any,
+    table: Any,
+    bits: int,
+    entry_bits: int,
+    partition_bits: int,
+) -> tuple[int, int]:
+    """Like :func:`insert`, for one of several threads: new states go to *fresh* and are numbered for the time being.
+
+    The ``i``-th of them is number ``known + i``, in row ``i`` of *fresh*, and its entry at ``places[i]``.
+    :func:`settle` makes that final.
+
+    Args:
+        claimed: how many there are in *fresh* already.
+        room: how many there may be.
+
+    Returns:
+        The first row not added for want of room in its partition or in *fresh* (*end* if all were), and how many new
+        states there are now.
+    """
+    index_mask = (1 << bits) - 1
+    tag_mask = (1 << (entry_bits - bits)) - 1
+    wrap = (1 << (bits - partition_bits)) - 1
+    for j in range(begin, end):
+        if j + AHEAD < end:
+            prefetch(table, hash_of(targets, j + AHEAD, stride) >> (63 - bits))
+            prefetch(states, (table[hash_of(targets, j + CLOSE, stride) >> (63 - bits)] & index_mask) * stride)
+        h = hash_of(targets, j, stride)
+        place = h >> (63 - bits)
+        tag = (h >> (63 - entry_bits)) & tag_mask
+        last = (place & ~wrap) | ((place - 1) & wrap)
+        while True:
+            entry = table[place]
+            if entry < 0:
+                if claimed == room:
+                    return j, claimed
+                table[place] = (tag << bits) | (known + claimed)
+                places[claimed] = place
+                copy_row(targets, j, fresh, claimed, stride)
+                claimed += 1
+                break
+            if entry >> bits == tag:
+                number = entry & index_mask
+                if number < known:
+                    if same_row(states, number, targets, j, stride):
+                        break
+                elif same_row(fresh, number - known, targets, j, stride):
+                    break
+            if place == last:
+                return j, claimed
+            place = (place & ~wrap) | ((place + 1) & wrap)
+    return end, claimed
+
+
+def settle(fresh: Any, claimed: int, stride: int, states: Any, first: int, places: Any, table: Any, bits: int) -> None:
+    """Give claimed states their final numbers, from *first* on."""
+    for i in range(claimed):
+        place = places[i]
+        table[place] = (table[place] >> bits << bits) | (first + i)
+    for i in range(claimed * stride):
+        states[first * stride + i] = fresh[i]
+
+
+KERNELS = (
+    hash_of,
+    mixed,
+    same_row,
+    copy_row,
+    insert,
+    find,
+    enter_all,
+    sort_by_owner,
+    claim,
+    settle,
+)

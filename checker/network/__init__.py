@@ -1,0 +1,1 @@
+"""Components and the rules by which they step together, and the compiler from terms to them."""

@@ -1,0 +1,186 @@
+"""From a process term to a network: parallel composition becomes rules, what is composed becomes components.
+
+Three ways, from fast to slow, all with the same states and transitions:
+
+1. Parallel, hiding and renaming at the top of the term become the rules of a network of one format, whose
+   components are explored by themselves (``cspcheck.checker.network.skeleton``).
+2. Where a component is large because there are parallel compositions further inside (``(A ||| B) ; C``,
+   ``init -> SYSTEM``), the network has formats (``cspcheck.checker.network.formats``).
+3. What fits neither is explored as terms and becomes a network of a single component.
+"""
+
+from __future__ import annotations
+
+import os
+
+from cspcheck.checker.network.actions import TooManyActions
+from cspcheck.checker.network.components import ALONE, Machines
+from cspcheck.checker.network.formats import Formats
+from cspcheck.checker.network.network import Network
+from cspcheck.checker.network.placement import network_of
+from cspcheck.checker.network.shapes import Ambiguous, Parts, Unsuited
+from cspcheck.checker.network.skeleton import (
+    Component,
+    Compress,
+    compile_single,
+    compile_skeleton,
+    is_component,
+    look_through,
+)
+from cspcheck.checker.semantics.growth import too_many
+from cspcheck.checker.semantics.transitions import Explored, LimitReached, MoreStates, Poll, Semantics
+from cspcheck.checker.verdict import Limits
+from cspcheck.cspm.process.terms import Process
+
+__all__ = ["MOST_TERMS", "SLOT_STATES", "Compiler", "LimitReached", "compile_network"]
+
+SMALL = 2_000
+"""A component with parallel parts and more states than this is taken apart if it can be."""
+SLOT_STATES = 20_000
+"""A component of a network with parts is explored so far before other ways are tried."""
+MOST_TERMS = 500_000
+"""So many states are explored as terms where no limit is given: less than a gigabyte and about fifteen seconds."""
+BYTES_PER_TERM = 1_500
+"""What a state explored as a term takes, all told."""
+
+
+class Compiler:
+    """Compiles the processes of one script; a component is explored once whoever uses it.
+
+    Args:
+        slot_states: how far a component is explored before other ways are tried.
+    """
+
+    def __init__(self, *, slot_states: int = SLOT_STATES) -> None:
+        self.semantics = Semantics()
+        self._slot_states = slot_states
+        self._machines = Machines(self.semantics)
+
+    def network(
+        self,
+        process: Process,
+        limits: Limits = Limits(),  # noqa: B008
+        poll: Poll | None = None,
+        compress: Compress = look_through,
+    ) -> Network:
+        """The network that has the states and transitions of *process*.
+
+        Args:
+            process: any term.
+            limits: ``states`` and ``memory_bytes`` also bound what is explored as terms; if ``states`` is None,
+                no more than ``MOST_TERMS`` are.
+            poll: called now and then with a number of states explored as terms; what it raises ends the work.
+            compress: gives the machines of compressed components; without it the network has all states of *process*.
+
+        Raises:
+            LimitReached: a component, or what fits no network, has more states than the limit.
+            ScriptError: a definition calls itself before any event, or cannot be evaluated.
+        """
+        most = min(MOST_TERMS if limits.states is None else limits.states, _terms_in(limits.memory_bytes))
+        self._machines.poll = poll
+        self.semantics.state(process)
+        try:
+            return self._network(process, most, compress)
+        except TooManyActions:
+            return self._single(process, most)
+        finally:
+            self._machines.poll = None
+
+    def _network(self, process: Process, most: int, compress: Compress) -> Network:
+        slot_states = min(self._slot_states, most)
+        small = min(SMALL, slot_states)
+        try:
+            return compile_skeleton(
+                process, lambda component: self._without_parts(component, small, slot_states), compress
+            )
+        except _TooLarge as large:
+            has_parts = large.has_parts
+        if has_parts:
+            try:
+                return self._of_formats(process, small)
+            except Unsuited:
+                pass
+            try:
+                return self._composed(process, slot_states, compress)
+            except _TooLarge:
+                pass
+        # A component may be endless by itself and not in company: a counter that the others keep in bounds.
+        if not is_component(process):
+            try:
+                return self._single(process, slot_states)
+            except LimitReached:
+                pass
+        try:
+            return self._composed(process, most, compress)
+        except _TooLarge as large:
+            raise too_many(large.component.process, large.terms, self.semantics.heads) from None
+
+    def _composed(self, process: Process, most: int, compress: Compress) -> Network:
+        """The network of one format, whose components have at most so many states."""
+        return compile_skeleton(process, lambda component: self._explored(component, most), compress)
+
+    def _of_formats(self, process: Process, small: int) -> Network:
+        """The network of formats."""
+        try:
+            formats = Formats(process, self.semantics, self._machines, small, SLOT_STATES)
+        except Ambiguous:
+            formats = Formats(process, self.semantics, self._machines, 0, SLOT_STATES)
+        return network_of(formats, self.semantics.heads)
+
+    def _without_parts(self, component: Component, small: int, most: int) -> Explored:
+        """The machine of a component, which may have *most* states; with parallel parts inside only *small*."""
+        try:
+            return self._explored(component, small)
+        except _TooLarge as large:
+            if large.has_parts:
+                raise
+        return self._explored(component, most)
+
+    def _explored(self, component: Component, most: int) -> Explored:
+        try:
+            return self._machines.of(self.semantics.state(component.process), component.role, most)
+        except MoreStates as more:
+            raise _TooLarge(component, more.terms) from None
+
+    def _single(self, process: Process, most: int) -> Network:
+        """The network of one component that is the whole."""
+        try:
+            machine = self._machines.of(self.semantics.state(process), ALONE, most)
+        except MoreStates as more:
+            raise too_many(process, more.terms, self.semantics.heads) from None
+        return compile_single(process, machine)
+
+
+def _terms_in(memory_bytes: int | None) -> int:
+    """How many terms a memory limit has room for; without one, half of the machine's memory."""
+    if memory_bytes is None:
+        try:
+            memory_bytes = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2
+        except (AttributeError, ValueError, OSError):  # the system does not tell
+            memory_bytes = 1 << 32
+    return max(1, memory_bytes // BYTES_PER_TERM)
+
+
+class _TooLarge(Exception):
+    """A component has more states than it may; ``terms`` are those up to there."""
+
+    def __init__(self, component: Component, terms: list[Process]) -> None:
+        super().__init__(component.place.text)
+        self.component = component
+        self.terms = terms
+
+    @property
+    def has_parts(self) -> bool:
+        """Whether parallel compositions were met inside the component."""
+        return any(map(Parts(), self.terms))
+
+
+def compile_network(
+    process: Process,
+    limits: Limits = Limits(),  # noqa: B008  (immutable)
+    *,
+    slot_states: int = SLOT_STATES,
+    poll: Poll | None = None,
+) -> Network:
+    """The network that has the states and transitions of *process*. See :meth:`Compiler.network`."""
+    return Compiler(slot_states=slot_states).network(process, limits, poll)

@@ -1,0 +1,121 @@
+"""The machines of components: a process term that runs inside a composition, explored on its own.
+
+What a component's machine is depends on where the component runs, its *role*: by itself it ticks as it is; under a
+parallel operator termination is distributed (``cspcheck.checker.semantics.parallel``); as the right of an interrupt it
+runs only until its first visible event.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from cspcheck.checker.lts import Lts
+from cspcheck.checker.reduction.partition import machine, reachable
+from cspcheck.checker.semantics.steps import Row, Step
+from cspcheck.checker.semantics.transitions import Explored, MoreStates, Poll, Semantics, breadth_first
+from cspcheck.cspm.process.events import TAU, TICK, EventSet
+from cspcheck.cspm.process.terms import SKIP, Process
+
+
+@dataclass(frozen=True, slots=True)
+class Alone:
+    """The component is the whole, or the left of an interrupt: it ticks when it can."""
+
+
+@dataclass(frozen=True, slots=True)
+class Joined:
+    """The component is an operand of a parallel operator, perhaps hidden and renamed.
+
+    In states where it can tick and also do something else it has, instead of the tick, a tau to SKIP. So it ticks
+    only where that is all it can do.
+    """
+
+
+@dataclass(frozen=True, slots=True)
+class Interrupting:
+    """The component is the right of an interrupt; what it does visibly, except *events*, takes over."""
+
+    events: EventSet
+
+
+Role = Alone | Joined | Interrupting
+ALONE = Alone()
+JOINED = Joined()
+
+
+def joined(row: Row) -> list[Step]:
+    """The transitions of a component under a parallel operator, given those that it has by itself."""
+    if len(row) > 1 and any(event == TICK for event, _ in row):
+        rest = [(event, state) for event, state in row if event != TICK]
+        return [*rest, *([(TAU, SKIP)] if (TAU, SKIP) not in rest else [])]
+    return list(row)
+
+
+def joined_machine(lts: Lts) -> Lts:
+    """The machine of a component under a parallel operator, given the one that it has by itself."""
+    starts = np.repeat(np.arange(lts.states), np.diff(lts.offsets))
+    early = (lts.labels == TICK) & (np.diff(lts.offsets)[starts] > 1)
+    if not early.any():
+        return lts
+    # As in :func:`joined`, with two more states: SKIP and what is left of it.
+    skip, terminated = lts.states, lts.states + 1
+    labels, targets = lts.labels.copy(), lts.targets.copy()
+    labels[early], targets[early] = TAU, skip
+    return reachable(
+        machine(
+            lts.states + 2,
+            np.append(starts, skip),
+            np.append(labels, TICK),
+            np.append(targets, terminated),
+            lts.root,
+        )
+    )
+
+
+class Machines:
+    """The machines of components by themselves and under parallel operators, each built once.
+
+    Attributes:
+        poll: called now and then with the number of states of the machine being built; what it raises ends that.
+    """
+
+    def __init__(self, semantics: Semantics) -> None:
+        self.poll: Poll | None = None
+        self._semantics = semantics
+        self._known: dict[tuple[Process, Role], Explored] = {}
+        self._too_big: dict[tuple[Process, Role], int] = {}
+
+    def of(self, state: Process, role: Alone | Joined, most: int) -> Explored:
+        """The machine of a component.
+
+        Raises:
+            MoreStates: it has more than *most* states.
+        """
+        key = (state, role)
+        found = self._known.get(key)
+        if found is None:
+            successors: Callable[[Process], list[Step] | Row] = self._semantics.transitions
+            if role is JOINED:
+                successors = self._joined_successors
+            found = self._known[key] = breadth_first(state, successors, most, self.poll)
+        if found.lts.states > most:
+            raise MoreStates(list(found.terms[:most]))
+        return found
+
+    def has_at_most(self, state: Process, most: int) -> bool:
+        """Whether a term has no more than *most* states."""
+        key = (state, ALONE)
+        if self._too_big.get(key, -1) >= most:
+            return False
+        try:
+            self.of(state, ALONE, most)
+        except MoreStates:
+            self._too_big[key] = most
+            return False
+        return True
+
+    def _joined_successors(self, state: Process) -> list[Step]:
+        return joined(self._semantics.transitions(state))

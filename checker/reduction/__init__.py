@@ -1,0 +1,1 @@
+"""Smaller machines with the same behaviour: partition refinement and the compressions."""

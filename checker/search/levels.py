@@ -1,0 +1,346 @@
+"""The search itself: level-synchronous, breadth first by visible distance, in chunks.
+
+Each level is first closed under tau in waves, then its states' visible transitions make the next level. Machines
+and pairs are searched alike; pairs take the specification along between expansion and insertion.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from cspcheck.checker.kernels import jit
+from cspcheck.checker.kernels.arrays import Index, UInt8Array
+from cspcheck.checker.lts import Int64Array
+from cspcheck.checker.packing.packed import PackedNetwork
+from cspcheck.checker.search.crew import SHARED_CAPACITY, Crew
+from cspcheck.checker.search.expansion import CAPACITY, SMALL_CAPACITY, Expander
+from cspcheck.checker.search.pairs import Pairs
+from cspcheck.checker.search.visited import Visited
+from cspcheck.checker.search.worker import Step, Worker, drop_at_divergent_nodes
+from cspcheck.checker.verdict import Limits
+
+StopReason = Literal["states", "seconds", "memory", "found"]
+"""Why a search ended early: a limit, or the first level with what was looked for."""
+
+INTERPRETED_TRANSITIONS = 8_000
+"""A search that has more transitions than this changes to the compiled kernels."""
+INTERPRETED_ROWS = 64
+"""Rows that are expanded at a time by interpreted kernels."""
+PARALLEL_ROWS = 4_096
+"""Runs of fewer rows are expanded by one thread."""
+NO_LIMITS = Limits()
+"""A search that ends only when everything is explored."""
+PROGRESS_SECONDS = 0.2
+"""How often progress is told."""
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """Where a search is. ``memory_bytes`` counts the engine's arrays, ``frontier`` the states not yet expanded."""
+
+    states: int
+    transitions: int
+    depth: int
+    frontier: int
+    seconds: float
+    memory_bytes: int
+
+
+class Stopped(Exception):
+    """A limit has been reached."""
+
+    def __init__(self, reason: StopReason) -> None:
+        super().__init__(reason)
+        self.reason = reason
+
+
+class LevelSearch:
+    """One search. :meth:`run` it once; the attributes then are those of ``Exploration``."""
+
+    def __init__(
+        self,
+        packed: PackedNetwork,
+        pairs: Pairs | None = None,
+        *,
+        limits: Limits,
+        workers: int,
+        stop_at_deadlock: bool = False,
+        stop_at_divergence: bool = False,
+        stop_at_violation: bool = False,
+        look_for_divergence: bool = True,
+        progress: Callable[[Progress], None] | None = None,
+        notify: Callable[[str], None] | None = None,
+        compiled: bool | None = None,
+    ) -> None:
+        self.packed = packed
+        self.pairs = pairs
+        self.levels = [0]
+        self.transitions = 0
+        self.stop: StopReason | None = None
+        self.complete = False
+        self.deadlock_level: int | None = None
+        self.divergence_level: int | None = None
+        self.violation_level: int | None = None
+        self.has_tau = False
+        self.visited = Visited(packed.words if pairs is None else pairs.stride)
+        self.peak_memory_bytes = 0
+        self.seconds = 0.0
+        self._limits = limits
+        self._stop_at_deadlock = stop_at_deadlock
+        self._stop_at_divergence = stop_at_divergence
+        self._stop_at_violation = stop_at_violation
+        self._look_for_divergence = look_for_divergence and len(packed.cycling.items) > 0
+        self._progress = progress
+        self._notify = notify
+        self._may_compile = compiled is None
+        self._kernels = jit.kernels(jit.is_loaded() if compiled is None else compiled)
+        self._worker = Worker(packed, pairs, capacity=SMALL_CAPACITY)
+        self._workers = workers
+        self._crew: Crew | None = None
+        self._level_bytes = 0
+        self._started = time.monotonic()
+        self._told = self._started
+
+    @property
+    def branching(self) -> bool:
+        """Whether some state was seen to have two targets for one visible event."""
+        workers = [self._worker, *(self._crew.workers if self._crew else ())]
+        return any(worker.expander.scratch.branching[0] != 0 for worker in workers)
+
+    def run(self) -> None:
+        """Search until everything is explored, what is looked for is found, or a limit is reached."""
+        try:
+            self._explore()
+        except Stopped as stopped:
+            self.stop = stopped.reason
+        except MemoryError:
+            self.stop = "memory"
+        finally:
+            if self._crew is not None:
+                self._crew.dismiss()
+            self._note_peak()
+            self.seconds = time.monotonic() - self._started
+
+    def _explore(self) -> None:
+        initial = self.packed.initial
+        if self.pairs is not None:
+            initial = self.pairs.join(initial.reshape(1, -1), np.array([self.pairs.root]))
+        self._insert(initial.copy(), 1)
+        while not self.complete and self.stop is None:
+            self._explore_level(self.levels[-1])
+
+    def _explore_level(self, start: int) -> None:
+        moved = np.zeros(0, dtype=np.uint8)
+        divergence = False
+        if len(self.packed.tau.items):
+            moved, taus = self._close_under_tau(start)
+            self.has_tau |= taus > 0
+            if taus and self._look_for_divergence:
+                divergence = self._has_tau_cycle(start)
+        end = self.visited.known
+        self._expand(self.packed.visible, start, end, visible=True, start=start, moved=moved)
+        self._finish_level(end, divergence)
+
+    def _close_under_tau(self, start: int) -> tuple[UInt8Array, int]:
+        """Add all states that taus lead to from the level; which rows have taus, and how many taus there are."""
+        moved = np.zeros(0, dtype=np.uint8)
+        before = self._all_transitions()
+        done = start
+        while done < self.visited.known:
+            wave = self.visited.known
+            grown = np.zeros(wave - start, dtype=np.uint8)
+            grown[: len(moved)] = moved
+            moved = grown
+            self._level_bytes = moved.nbytes
+            self._expand(self.packed.tau, done, wave, visible=False, start=start, moved=moved)
+            done = wave
+        return moved, self._all_transitions() - before
+
+    def _finish_level(self, end: int, divergence: bool) -> None:
+        limit = self._limits.states
+        if limit is not None and self.visited.known > limit:
+            # Where in a level the limit is noticed depends on chance; that the level reaches it does not.
+            raise Stopped("states")
+        level = len(self.levels) - 1
+        workers = [self._worker, *(self._crew.workers if self._crew else ())]
+        deadlocks = sum(worker.deadlocks for worker in workers)
+        violated = any(worker.violated for worker in workers) or (divergence and self.pairs is not None)
+        self.levels.append(end)
+        self.transitions = self._all_transitions()
+        if divergence and self.divergence_level is None:
+            self.divergence_level = level
+        if deadlocks and self.deadlock_level is None:
+            self.deadlock_level = level
+        if violated and self.violation_level is None:
+            self.violation_level = level
+        found = (
+            (self._stop_at_deadlock and self.deadlock_level is not None)
+            or (self._stop_at_divergence and self.divergence_level is not None)
+            or (self._stop_at_violation and self.violation_level is not None)
+        )
+        self.complete = end == self.visited.known
+        if found and not self.complete:
+            self.stop = "found"
+
+    def _all_transitions(self) -> int:
+        return self._worker.transitions + (self._crew.transitions if self._crew else 0)
+
+    def _expand(self, index: Index, first: int, last: int, *, visible: bool, start: int, moved: UInt8Array) -> None:
+        """Expand the rows *first* to *last* and add their successors to the visited states."""
+        if not len(index.items) and not visible:
+            return
+        step = Step(index, visible, self.visited.rows, start, moved)
+        while first < last:
+            self._check(last - first)
+            if self._workers > 1 and last - first >= PARALLEL_ROWS and (self._crew is None or self._crew.divided):
+                first = self._share(step, first, last)
+                continue
+            most = CAPACITY if self._kernels.compiled else INTERPRETED_ROWS
+            until = min(last, first + most)
+            step.rows = self.visited.rows
+            if self.pairs is not None:
+                self.pairs.prepare(step.rows, first, until)
+            first = self._worker.produce(self._kernels, step, first, until)
+            self._insert(self._worker.expander.targets, self._worker.expander.count)
+
+    def _share(self, step: Step, first: int, last: int) -> int:
+        """Expand rows with all workers; the first row that was left."""
+        if self._crew is None:
+            workers = [Worker(self.packed, self.pairs, capacity=SHARED_CAPACITY) for _ in range(self._workers)]
+            self._crew = Crew(workers, self.visited)
+            self._crew.divide(self._kernels)
+        until = min(last, first + self._crew.rows_per_round)
+        if self.pairs is not None:
+            self.pairs.prepare(self.visited.rows, first, until)
+        self._crew.round(self._kernels, step, first, until, self._make_room)
+        return until
+
+    def _insert(self, targets: Int64Array, count: int) -> None:
+        position = 0
+        while True:
+            position = self.visited.insert(self._kernels, targets, position, count)
+            if position == count:
+                return
+            if self._crew is not None and self.visited.known < self.visited.room:
+                self._crew.relieve(self._kernels, self._make_room)
+            else:
+                self._make_room()
+
+    def _make_room(self) -> None:
+        """Grow the visited states, as far as the limits allow."""
+        limits = self._limits
+        if limits.states is not None and self.visited.known > limits.states:
+            raise Stopped("states")
+        needed = self._other_bytes() + self.visited.bytes_after_growth()
+        if limits.memory_bytes is not None and needed > limits.memory_bytes:
+            raise Stopped("memory")
+        self._note_peak()
+        if self._crew is not None:
+            self._crew.grow(self._kernels)
+        else:
+            self.visited.grow(self._kernels)
+        self._note_peak()
+
+    def _other_bytes(self) -> int:
+        """The memory of everything but the visited states."""
+        crew = self._crew.nbytes if self._crew else 0
+        return self._worker.expander.nbytes + crew + self._level_bytes
+
+    def _note_peak(self) -> None:
+        self.visited.note_peak()
+        self.peak_memory_bytes = max(self.peak_memory_bytes, self.visited.peak_bytes + self._other_bytes())
+
+    def _check(self, frontier: int) -> None:
+        """Hold the search against its limits, tell of its progress, and change to compiled kernels when it is big."""
+        limits, now = self._limits, time.monotonic()
+        if limits.states is not None and self.visited.known > limits.states:
+            raise Stopped("states")
+        if limits.seconds is not None and now - self._started > limits.seconds:
+            raise Stopped("seconds")
+        if limits.memory_bytes is not None and self._other_bytes() + self.visited.bytes > limits.memory_bytes:
+            raise Stopped("memory")
+        if self._progress is not None and now - self._told >= PROGRESS_SECONDS:
+            self._told = now
+            self._progress(
+                Progress(
+                    self.visited.known,
+                    self._all_transitions(),
+                    len(self.levels) - 1,
+                    frontier,
+                    now - self._started,
+                    self._other_bytes() + self.visited.bytes,
+                )
+            )
+        big = jit.is_loaded() or self._all_transitions() > INTERPRETED_TRANSITIONS
+        if self._may_compile and big and not self._kernels.compiled:
+            self._kernels = jit.kernels(True, self._notify)
+        if self._kernels.compiled and self._worker.transitions > SMALL_CAPACITY:
+            self._worker.expander.reserve(CAPACITY)
+
+    def _has_tau_cycle(self, start: int) -> bool:
+        """Whether taus go round among the rows of the level that starts at *start*."""
+        kernels, visited = self._kernels, self.visited
+        size = visited.known - start
+        made = Expander.for_rows(self.packed, visited.stride, size)
+        arrivals = np.zeros(size, dtype=np.int32)
+        numbers = np.zeros(made.capacity, dtype=np.int64)
+        most = CAPACITY if kernels.compiled else INTERPRETED_ROWS
+        taus = 0
+        first = start
+        while first < visited.known:
+            self._check(visited.known - first)
+            reached = made.run(kernels, self.packed.cycling, visited.rows, first, min(visited.known, first + most))
+            if self.pairs is not None:
+                drop_at_divergent_nodes(kernels, made, self._worker.guide, visited.rows, first)
+            if made.capacity > len(numbers):
+                numbers = np.zeros(made.capacity, dtype=np.int64)
+            visited.find(kernels, made.targets, made.count, numbers)
+            taus += kernels.count_arrivals(numbers, made.count, start, visited.known, arrivals)
+            first = reached
+        if not taus:
+            return False
+        queue = np.zeros(size, dtype=np.int32)
+        ready = np.flatnonzero(arrivals == 0)
+        queue[: len(ready)] = ready
+        self._level_bytes += arrivals.nbytes + queue.nbytes
+        self._note_peak()
+        head, tail = 0, len(ready)
+        while head < tail:
+            self._check(size - head)
+            before = head
+            head, tail = kernels.peel(
+                self.packed.rules,
+                self.packed.cycling,
+                self._worker.guide,
+                self.packed.words,
+                made.stride,
+                visited.rows,
+                start,
+                visited.known,
+                arrivals,
+                queue,
+                head,
+                tail,
+                most,
+                made.capacity,
+                made.offsets,
+                made.targets,
+                made.events,
+                made.fired,
+                made.scratch,
+                visited.table,
+                visited.bits,
+                visited.entry_bits,
+                visited.partition_bits,
+                numbers,
+            )
+            if head == before:
+                made.enlarge()
+                numbers = np.zeros(made.capacity, dtype=np.int64)
+        self._level_bytes -= arrivals.nbytes + queue.nbytes
+        return tail < size

@@ -1,0 +1,176 @@
+"""Refinement as a search: pairs of a specification's node and an implementation's state, breadth first.
+
+A pair is the packed state of the implementation with the node in a further field, explored by the same kernels as
+a machine alone; its levels are those of the trace that leads to it. Taus of the implementation keep the node.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from cspcheck.checker.kernels.pairs import REFUSAL
+from cspcheck.checker.lts import Int64Array
+from cspcheck.checker.packing.packed import PackedNetwork
+from cspcheck.checker.search.expansion import Expander
+from cspcheck.checker.search.exploration import Exploration
+from cspcheck.checker.search.levels import NO_LIMITS, LevelSearch, Progress
+from cspcheck.checker.search.pairs import LazyNormalForm, Pairs
+from cspcheck.checker.search.walk import CHUNK, Walk, kernels_for, transitions_of
+from cspcheck.checker.specification.normal_form import NormalForm, Semantics
+from cspcheck.checker.verdict import Limits
+
+__all__ = ["LazyNormalForm", "PairExploration", "Violation", "ViolationKind", "explore_pairs"]
+
+ViolationKind = Literal["trace", "refusal", "divergence"]
+
+
+@dataclass(frozen=True, slots=True)
+class Violation:
+    """Why a pair breaks the refinement.
+
+    Attributes:
+        index: the pair's place in the exploration.
+        kind: ``trace``: the state can perform ``event`` and the node does not allow it. ``refusal``: a stable state,
+            or one that can tick, offers too little. ``divergence``: the state lies on a cycle of taus.
+        event: the identifier of the event for a trace violation; -1 otherwise.
+    """
+
+    index: int
+    kind: ViolationKind
+    event: int
+
+
+@dataclass(eq=False, slots=True)
+class PairExploration(Exploration):
+    """What a refinement search has found; the attributes of :class:`Exploration` speak of pairs.
+
+    Attributes:
+        model: what was compared.
+        violation_level: the first level with a violation, or None. The refinement holds when there is none and the
+            exploration is complete.
+    """
+
+    model: Semantics
+    violation_level: int | None
+
+    @property
+    def pairs(self) -> Pairs:
+        """The specification."""
+        assert self.walk.pairs is not None
+        return self.walk.pairs
+
+    @property
+    def nodes(self) -> Int64Array:
+        """The specification's node of each pair, shape (states,)."""
+        return self.pairs.nodes(self.walk.span(0, self.levels[-1]))
+
+    def violations(self, level: int | None = None) -> tuple[Violation, ...]:
+        """The violations by pairs of a level (by default the first that has any), in the order (index, kind, event)."""
+        if level is None:
+            level = self.violation_level
+        if level is None:
+            return ()
+        found: list[Violation] = []
+        if self.model == "FD":
+            found += [Violation(index, "divergence", -1) for index in self.tau_cyclic(level).tolist()]
+        first, last = self.levels[level], self.levels[level + 1]
+        for start in range(first, last, CHUNK):
+            rows = self.walk.span(start, min(last, start + CHUNK))
+            found += [Violation(start + row, "refusal", -1) for row in self._refusing(rows).tolist()]
+            found += [Violation(start + row, "trace", event) for row, event in self._forbidden(rows)]
+        return tuple(sorted(found, key=lambda violation: (violation.index, violation.kind, violation.event)))
+
+    def _forbidden(self, rows: Int64Array) -> list[tuple[int, int]]:
+        """The (row, event identifier) of the transitions that the specification does not allow."""
+        found = transitions_of(self.packed, self.pairs, rows, [self.packed.visible])
+        chosen = found.nodes < 0
+        events = self.packed.events[found.events[chosen]]
+        return sorted(set(zip(found.sources[chosen].tolist(), events.tolist(), strict=True)))
+
+    def _refusing(self, rows: Int64Array) -> Int64Array:
+        """Which of the given flat rows refuse too much."""
+        size = len(rows) // self.pairs.stride
+        kernels = kernels_for(size)
+        moved = np.zeros(size, dtype=np.uint8)
+        moved[transitions_of(self.packed, self.pairs, rows, [self.packed.tau]).sources] = 1
+        made = Expander.for_rows(self.packed, self.pairs.stride, size)
+        verdicts = np.zeros(size, dtype=np.uint8)
+        offered = np.full_like(self.pairs.guide.offered, -1)
+        guide = self.pairs.guide._replace(offered=offered)
+        first = 0
+        while first < size:
+            reached = made.run(kernels, self.packed.visible, rows, first, size)
+            judged = np.zeros(made.rows, dtype=np.uint8)
+            kernels.follow(
+                guide,
+                rows,
+                first,
+                made.rows,
+                made.stride,
+                1,
+                moved,
+                first,
+                made.offsets,
+                made.targets,
+                made.events,
+                made.fired,
+                judged,
+            )
+            verdicts[first:reached] = judged
+            first = reached
+        return np.flatnonzero(verdicts & REFUSAL)
+
+
+def explore_pairs(
+    packed: PackedNetwork,
+    specification: NormalForm | LazyNormalForm,
+    model: Semantics,
+    *,
+    full: bool = False,
+    limits: Limits = NO_LIMITS,
+    workers: int = 1,
+    progress: Callable[[Progress], None] | None = None,
+    notify: Callable[[str], None] | None = None,
+    compiled: bool | None = None,
+) -> PairExploration:
+    """Search the reachable pairs for one that breaks ``specification [model= network``.
+
+    Pairs with a divergent node (FD) are counted and not expanded. Unless *full*, the search ends after the first
+    level with a violation; with it, forbidden events are skipped and everything else is explored.
+
+    Args are those of :func:`cspcheck.checker.search.exploration.explore`.
+    """
+    pairs = Pairs(specification, packed.layout, packed.events)
+    search = LevelSearch(
+        packed,
+        pairs,
+        limits=limits,
+        workers=workers,
+        stop_at_violation=not full,
+        look_for_divergence=model == "FD",
+        progress=progress,
+        notify=notify,
+        compiled=compiled,
+    )
+    search.run()
+    return PairExploration(
+        packed,
+        tuple(search.levels),
+        search.transitions,
+        search.complete,
+        search.stop,
+        search.visited.known,
+        None,
+        search.divergence_level,
+        search.has_tau,
+        False,
+        search.peak_memory_bytes,
+        search.seconds,
+        Walk(packed, pairs, search.visited, tuple(search.levels)),
+        model,
+        search.violation_level,
+    )

@@ -1,0 +1,1 @@
+"""What every operator does: the operational semantics of terms, one rule an operator."""

@@ -1,0 +1,128 @@
+"""Where an exploration of terms ended at its limit, and what was growing there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from cspcheck.checker.messages import growing_arguments, growing_process, too_many_states
+from cspcheck.checker.semantics.head_normal import HeadNormalForms, active, definition_name
+from cspcheck.cspm.diagnostics import Diagnostic
+from cspcheck.cspm.process.terms import (
+    AlphabetisedParallel,
+    Compressed,
+    ExternalChoice,
+    Hide,
+    Interrupt,
+    LinkedParallel,
+    Parallel,
+    Prioritised,
+    Process,
+    Project,
+    Reference,
+    Rename,
+    Sequential,
+    SlidingChoice,
+    SynchronisingChoice,
+    SynchronisingInterrupt,
+    Throw,
+)
+from cspcheck.cspm.source import Span
+
+
+class LimitReached(Exception):
+    """There are more states than the limit allows; the verdict of what depends on it is ``unknown``.
+
+    Attributes:
+        diagnostic: CSP503 to CSP505: which definition, and what grows.
+        states: how many states were found.
+    """
+
+    def __init__(self, diagnostic: Diagnostic, states: int) -> None:
+        self.diagnostic = diagnostic
+        self.states = states
+        super().__init__(diagnostic.message)
+
+
+_FEW = 3
+_NESTED = 8
+"""No one writes one operator inside itself so often; a recursion does."""
+
+_SYMBOLS: dict[type[Process], str] = {
+    ExternalChoice: "[]",
+    SlidingChoice: "[>",
+    SynchronisingChoice: "[+ +]",
+    Interrupt: "/\\",
+    SynchronisingInterrupt: "/+ +\\",
+    Throw: "[| |>",
+    Sequential: ";",
+    Parallel: "[| |]",
+    AlphabetisedParallel: "[ || ]",
+    LinkedParallel: "[ <-> ]",
+    Hide: "\\",
+    Project: "|\\",
+    Rename: "[[ ]]",
+    Compressed: "compression",
+    Prioritised: "prioritise",
+}
+
+
+def too_many(process: Process, terms: Sequence[Process], heads: HeadNormalForms) -> LimitReached:
+    """What to raise when the exploration of *process* has found *terms* and there are more."""
+    states = len(terms)
+    name, span = _named(process)
+    calls = max(_calls(terms, heads).values(), key=len, default=[])
+    # A definition that is called in a good part of the states with arguments of its own is what makes them many.
+    if len(calls) > _FEW and 10 * len(calls) >= states:
+        texts = [call.text for call in calls[:_FEW]]
+        definition = definition_name(calls[0])
+        return LimitReached(growing_arguments(definition, states, texts, len(calls), calls[0].span), states)
+    operator, depth = _growing(terms)
+    if operator is not None:
+        return LimitReached(growing_process(name, states, operator, depth, span), states)
+    return LimitReached(too_many_states(name, states, span), states)
+
+
+def _growing(terms: Sequence[Process]) -> tuple[str | None, int]:
+    """The operator that is nested deeper and deeper, and how deep it is in the last term; None if there is none."""
+    last, middle, early = (_depths(terms[i]) for i in (-1, len(terms) // 2, len(terms) // 10))
+    kind = max(last, key=lambda k: last[k], default=None)
+    if kind is None:
+        return None, 0
+    depth = last[kind]
+    grows = depth >= _NESTED and depth > middle.get(kind, 0) > early.get(kind, 0)
+    return (_SYMBOLS[kind], depth) if grows else (None, 0)
+
+
+def _calls(terms: Iterable[Process], heads: HeadNormalForms) -> dict[Span | str, list[Reference]]:
+    """The references that stand for what runs in the terms, in order, by definition: where it is, or its name."""
+    calls: dict[Span | str, list[Reference]] = {}
+    seen: set[Process] = set()
+    for term in terms:
+        parts = [term]
+        while parts:
+            part = parts.pop()
+            if part not in seen:
+                seen.add(part)
+                parts.extend(active(part))
+                call = heads.name(part)
+                if call is not None:
+                    calls.setdefault(call.span or definition_name(call), []).append(call)
+    return calls
+
+
+def _named(process: Process) -> tuple[str, Span | None]:
+    if isinstance(process, Reference):
+        return f"`{process.text}`", process.span
+    return "the process", None
+
+
+def _depths(term: Process) -> dict[type[Process], int]:
+    """How often each operator is met on the way down the running operands."""
+    depths: dict[type[Process], int] = {}
+    level = {term}
+    while level:
+        for kind in {type(t) for t in level}:
+            if kind in _SYMBOLS:
+                depths[kind] = depths.get(kind, 0) + 1
+        level = {operand for t in level for operand in active(t)}
+    return depths

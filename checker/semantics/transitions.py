@@ -1,0 +1,220 @@
+"""The operational semantics: which events a process performs, and what it is afterwards.
+
+One rule for each operator, in ``cspcheck.checker.semantics.sequential`` and ``cspcheck.checker.semantics.parallel``;
+here they are put together and explored. Every other part of the checker is a faster way to compute what stands here.
+
+States are terms in head normal form (``cspcheck.checker.semantics.head_normal``), so references unfold without a tau,
+and equal states are one object.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from operator import itemgetter
+from typing import NamedTuple
+
+import numpy as np
+
+from cspcheck.checker.lts import Lts
+from cspcheck.checker.messages import nested_functions
+from cspcheck.checker.semantics.external import FOLLOWING, watch
+from cspcheck.checker.semantics.growth import LimitReached, too_many
+from cspcheck.checker.semantics.head_normal import HeadNormalForms, active
+from cspcheck.checker.semantics.parallel import CONCURRENT_RULES
+from cspcheck.checker.semantics.sequential import SEQUENTIAL_RULES
+from cspcheck.checker.semantics.steps import Row, Step
+from cspcheck.checker.verdict import Limits
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.process.terms import External, Process, Watchdog
+
+__all__ = [
+    "Explored",
+    "LimitReached",
+    "MoreStates",
+    "Poll",
+    "Semantics",
+    "breadth_first",
+    "explore",
+    "transitions",
+]
+
+_RULES = SEQUENTIAL_RULES | CONCURRENT_RULES
+_POLL_EVERY = 1024
+MOST_NESTED = 50
+"""So many functions around one another that each follow their operand are taken for a recursion that never ends."""
+
+
+class Semantics:
+    """The transitions of terms, with what has been computed of them so far.
+
+    Those of operands are remembered, those of whole states are not, since they are asked for once each. Works
+    through a list of what is left to do, so the depth of a term does not matter.
+    """
+
+    def __init__(self) -> None:
+        self.heads = HeadNormalForms()
+        self._known: dict[Process, Row] = {}
+        self._nested = 0
+
+    def state(self, process: Process) -> Process:
+        """The state that *process* is: its head normal form.
+
+        Raises:
+            ScriptError: a definition calls itself before any event, or cannot be evaluated.
+        """
+        return self.heads.of(process)
+
+    def transitions(self, state: Process) -> Row:
+        """The (event, state) pairs of a state, distinct, by event and then by first occurrence in the rule.
+
+        Raises:
+            ScriptError: a definition calls itself before any event, or cannot be evaluated.
+        """
+        known = self._known
+        found = known.get(state)
+        if found is not None:
+            return found
+        todo = [operand for operand in active(state) if operand not in known]
+        while todo:
+            term = todo[-1]
+            if term in known:
+                todo.pop()
+                continue
+            missing = [operand for operand in active(term) if operand not in known]
+            if missing:
+                todo.extend(missing)
+            else:
+                known[term] = self._apply(term)
+                todo.pop()
+        return self._apply(state)
+
+    def applied(self, term: Process, rows: list[Row]) -> list[Step]:
+        """What the rule of the operator of *term* gives for operands with these transitions, in no special order."""
+        if isinstance(term, (External, Watchdog)) and term.function in FOLLOWING:
+            return self._followed(term)
+        return _RULES[type(term)](self.heads.of, term, rows)
+
+    def _apply(self, term: Process) -> Row:
+        known = self._known
+        steps = self.applied(term, [known[operand] for operand in active(term)])
+        return tuple(sorted(dict.fromkeys(steps), key=_event)) if len(steps) > 1 else tuple(steps)
+
+    def _followed(self, term: External | Watchdog) -> list[Step]:
+        """What a function does that looks at more than the next step of its operand."""
+        if self._nested == MOST_NESTED:
+            raise ScriptError(nested_functions(term.function, MOST_NESTED))
+        self._nested += 1
+        try:
+            if isinstance(term, Watchdog):
+                return watch(self.heads.of, term, self._remembered)
+            return FOLLOWING[term.function](self.heads.of, term, self._remembered)
+        finally:
+            self._nested -= 1
+
+    def _remembered(self, state: Process) -> Row:
+        row = self._known.get(state)
+        if row is None:
+            row = self._known[state] = self.transitions(state)
+        return row
+
+
+_event = itemgetter(0)
+
+
+def transitions(process: Process) -> Row:
+    """The (event, state) pairs of *process*, distinct, by event and then by first occurrence in the rule.
+
+    Raises:
+        ScriptError: a definition calls itself before any event, or cannot be evaluated.
+    """
+    semantics = Semantics()
+    return semantics.transitions(semantics.state(process))
+
+
+class Explored(NamedTuple):
+    """A machine with the term that each of its states is."""
+
+    lts: Lts
+    terms: tuple[Process, ...]
+
+    def alphabet(self) -> tuple[int, ...]:
+        """The labels that occur, ascending."""
+        # For the few labels of a component this is far quicker than the first call of numpy's unique.
+        return tuple(sorted(set(self.lts.labels.tolist())))
+
+
+Poll = Callable[[int], None]
+"""Called now and then with the number of states found so far; what it raises ends the exploration."""
+
+
+def explore(
+    process: Process,
+    limits: Limits = Limits(),  # noqa: B008  (immutable)
+    *,
+    poll: Poll | None = None,
+    semantics: Semantics | None = None,
+) -> Explored:
+    """All states that *process* reaches, breadth first, numbered in the order in which they are met.
+
+    The slow and obvious way, one object a state. Networks are explored by ``cspcheck.checker.search.exploration``.
+
+    Args:
+        process: any term.
+        limits: only ``states`` matters here.
+        poll: called about once in a thousand states.
+        semantics: transitions computed before, to be used and added to.
+
+    Raises:
+        LimitReached: there are more states than the limit.
+        ScriptError: a definition calls itself before any event, or cannot be evaluated.
+    """
+    semantics = semantics or Semantics()
+    try:
+        return breadth_first(semantics.state(process), semantics.transitions, limits.states, poll)
+    except MoreStates as more:
+        raise too_many(process, more.terms, semantics.heads) from None
+
+
+class MoreStates(Exception):
+    """An exploration found more states than it should; ``terms`` are those up to there."""
+
+    def __init__(self, terms: list[Process]) -> None:
+        super().__init__(len(terms))
+        self.terms = terms
+
+
+def breadth_first(
+    initial: Process, successors: Callable[[Process], Iterable[Step]], most: int | None, poll: Poll | None = None
+) -> Explored:
+    """The machine that a successor function spans.
+
+    Args:
+        initial: state 0.
+        successors: (label, state) pairs of a state, distinct.
+        most: how many states there may be; None: any number.
+        poll: called about once in a thousand states.
+
+    Raises:
+        MoreStates: there are more than *most*.
+    """
+    number = {initial: 0}
+    terms = [initial]
+    offsets, labels, targets = [0], [], []
+    for source in terms:
+        row = []
+        for label, state in successors(source):
+            target = number.get(state)
+            if target is None:
+                target = number[state] = len(terms)
+                if target == most:
+                    raise MoreStates(terms)
+                terms.append(state)
+            row.append((label, target))
+        row.sort()
+        labels.extend([label for label, _ in row])
+        targets.extend([target for _, target in row])
+        offsets.append(len(labels))
+        if poll is not None and len(offsets) % _POLL_EVERY == 0:
+            poll(len(terms))
+    lts = Lts(np.array(offsets, np.int64), np.array(labels, np.int64), np.array(targets, np.int64))
+    return Explored(lts, tuple(terms))

@@ -1,0 +1,1 @@
+"""Normal forms: what a process may do and refuse after each trace."""

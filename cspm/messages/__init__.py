@@ -1,1 +1,0 @@
-"""Builders of diagnostics, one module a phase."""

@@ -1,0 +1,1 @@
+"""What each name of a script stands for: scopes, modules, symbols."""

@@ -1,0 +1,586 @@
+"""Names: every name of a script is tied to the one thing that it means, before types and values are looked at.
+
+The result is a table from nodes to symbols (:class:`~cspcheck.cspm.naming.symbols.Names`); the tree stays as it is.
+The few rules about patterns and fields that need no types are checked on the same walk.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
+from typing import Any, TypeAlias
+
+from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
+from cspcheck.cspm.naming import messages as messages
+from cspcheck.cspm.naming.modules import declared_names, flatten, module_cycles
+from cspcheck.cspm.naming.patterns import doubles, variables
+from cspcheck.cspm.naming.scopes import BUILTIN_SYMBOLS, MATCHED, MODULES, Lookup, NotFound, Scope
+from cspcheck.cspm.naming.symbols import Names, Symbol, SymbolKind
+from cspcheck.cspm.prelude import EXTERNAL, TRANSPARENT
+from cspcheck.cspm.recursion import deep_recursion
+from cspcheck.cspm.source import Span
+from cspcheck.cspm.spelling import suggestions
+from cspcheck.cspm.syntax import tree as syntax
+
+__all__ = ["Names", "Symbol", "SymbolKind", "resolve", "resolve_more"]
+
+TOO_MANY = 20
+"""After so many mistakes the walk ends."""
+
+
+def resolve(script: syntax.Script) -> Names:
+    """Tie the names of a whole script.
+
+    Raises:
+        ScriptError: with every mistake, up to twenty.
+    """
+    names = Names(script)
+    resolver = _Resolver(names)
+    names._resolver = resolver
+    with deep_recursion(), suppress(_TooMany):
+        resolver.script(script)
+    resolver.finish()
+    return names
+
+
+def resolve_more(names: Names, node: syntax.Expr | syntax.Assertion) -> None:
+    """Tie the names of an expression or assertion that is written against a resolved script.
+
+    Raises:
+        ScriptError: with every mistake in it.
+    """
+    resolver: _Resolver = names._resolver
+    names._kept.append(node)
+    with deep_recursion(), suppress(_TooMany):
+        resolver.visit(node, resolver.top)
+    resolver.finish()
+
+
+Places: TypeAlias = dict[str, list[tuple[int, Span, bool]]]
+"""Where each name of a scope is declared: the number of the declaration, its place, and whether it is a function."""
+
+
+class _TooMany(Exception):
+    pass
+
+
+class _Resolver:
+    def __init__(self, names: Names) -> None:
+        self.names = names
+        self.lookup = Lookup(names)
+        self.top = Scope(None, None)
+        self.diagnostics: list[Diagnostic] = []
+        self._module_scopes: dict[int, Scope] = {}
+        self.has_classes = False
+        self._visitors: dict[type[syntax.Node], Callable[[Any, Scope], None]] = {
+            kind: getattr(self, f"_visit_{kind.__name__.lower()}")
+            for kind in vars(syntax).values()
+            if isinstance(kind, type) and hasattr(self, f"_visit_{kind.__name__.lower()}")
+        }
+
+    def report(self, diagnostic: Diagnostic) -> None:
+        if diagnostic not in self.diagnostics:
+            self.diagnostics.append(diagnostic)
+        if len(self.diagnostics) >= TOO_MANY:
+            raise _TooMany
+
+    def finish(self) -> None:
+        if self.diagnostics:
+            found, self.diagnostics = self.diagnostics, []
+            raise ScriptError(*found)
+
+    def script(self, script: syntax.Script) -> None:
+        self.has_classes = any(
+            isinstance(declaration, syntax.ModuleDeclaration) and type(declaration) is not syntax.ModuleDeclaration
+            for declaration in flatten(script.declarations)
+        )
+        self._declare(script.declarations, self.top)
+        self.names.top_level.update(self.top.names)
+        self._visit_all(script.declarations, self.top)
+        for diagnostic in module_cycles(self.top.names.values()):
+            self.report(diagnostic)
+
+    # --- declaring ------------------------------------------------------------------------------------------
+
+    def _declare(self, declarations: Sequence[syntax.Declaration], scope: Scope, *, local: bool = False) -> None:
+        """Give symbols to all that *declarations* declare; patterns last, for they may mention constructors."""
+        flat = list(flatten(declarations))
+        spans: Places = {}
+
+        def add(order: int, name: str, kind: SymbolKind, span: Span, node: syntax.Node, **more: Any) -> Symbol:
+            symbol = Symbol(name, kind, span, node, owner=scope.module, is_local=local, **more)
+            seen = spans.setdefault(name, [])
+            seen.append((order, span, kind is SymbolKind.FUNCTION))
+            if len(seen) == 1:
+                scope.names[name] = symbol
+            return symbol
+
+        modules: list[tuple[Symbol, syntax.ModuleDeclaration]] = []
+        for order, declaration in enumerate(flat):
+            match declaration:
+                case syntax.FunctionDefinition():
+                    symbol = add(order, declaration.name, SymbolKind.FUNCTION, declaration.span, declaration)
+                    self.names._record(declaration, symbol)
+                case syntax.ChannelDeclaration():
+                    for name in declaration.names:
+                        symbol = add(order, name.name, SymbolKind.CHANNEL, name.span, declaration)
+                        self.names._record(name, symbol)
+                case syntax.DatatypeDeclaration():
+                    kind = SymbolKind.SUBTYPE if declaration.subtype else SymbolKind.DATATYPE
+                    self.names._record(declaration, add(order, declaration.name, kind, declaration.span, declaration))
+                    if not declaration.subtype:
+                        for c in declaration.constructors:
+                            symbol = add(order, c.name, SymbolKind.CONSTRUCTOR, c.span, declaration, constructor=c)
+                            self.names._record(c, symbol)
+                case syntax.NametypeDeclaration():
+                    symbol = add(order, declaration.name, SymbolKind.NAMETYPE, declaration.span, declaration)
+                    self.names._record(declaration, symbol)
+                case syntax.ModuleDeclaration():
+                    symbol = add(order, declaration.key, SymbolKind.MODULE, declaration.span, declaration)
+                    self.names._record(declaration, symbol)
+                    modules.append((symbol, declaration))
+                case syntax.InstanceDeclaration():
+                    symbol = add(order, declaration.name, SymbolKind.INSTANCE, declaration.span, declaration)
+                    self.names._record(declaration, symbol)
+                    self.lookup.instance_declared(symbol, scope)
+                case syntax.ImportDeclaration():
+                    self._import(declaration, order, scope, spans)
+        for order, declaration in enumerate(flat):
+            if isinstance(declaration, syntax.PatternDefinition):
+                pattern = _unwrap(declaration.pattern)
+                for node in variables(pattern):
+                    simple = node is pattern
+                    if len(node.parts) == 1 and (simple or not self._matches_itself(node, scope)):
+                        symbol = add(order, node.text, SymbolKind.VALUE, node.span, declaration)
+                        self.names._record(node, symbol)
+        for twice, places in spans.items():
+            if len(places) > 1:
+                clauses = all(is_function for _, _, is_function in places)
+                ordered = [span for _, span, _ in sorted(places, key=lambda place: place[0])]
+                self.report(messages.defined_twice(twice, ordered, clauses=clauses))
+        for symbol, module in modules:
+            self._declare_module(symbol, module, scope)
+        self._annotate(flat, scope)
+
+    def _import(self, declaration: syntax.ImportDeclaration, order: int, scope: Scope, spans: Places) -> None:
+        known, other = (TRANSPARENT, EXTERNAL) if declaration.kind == "transparent" else (EXTERNAL, TRANSPARENT)
+        for name in declaration.names:
+            if name.name not in known:
+                other_kind = "external" if declaration.kind == "transparent" else "transparent"
+                self.report(
+                    messages.unknown_import(
+                        name.name,
+                        declaration.kind,
+                        name.span,
+                        suggestions(name.name, sorted(known)),
+                        other_kind if name.name in other else None,
+                    )
+                )
+                continue
+            symbol = BUILTIN_SYMBOLS[name.name]
+            self.names._record(name, symbol)
+            if scope.names.get(name.name) is symbol:
+                continue  # importing again, in an included file say, changes nothing
+            spans.setdefault(name.name, []).append((order, name.span, False))
+            scope.names.setdefault(name.name, symbol)
+
+    def _matches_itself(self, node: syntax.NamePattern, scope: Scope) -> bool:
+        symbol = scope.find(node.parts[0])
+        return symbol is not None and symbol.kind in MATCHED
+
+    def _declare_module(self, symbol: Symbol, module: syntax.ModuleDeclaration, scope: Scope) -> None:
+        outer = Scope(scope, symbol, timed=scope.timed)
+        self._bind(module.parameters, outer, "parameter list", local=False)
+        symbol.parameters = tuple(outer.names.values())
+        inner = Scope(outer, symbol, timed=scope.timed)
+        self._declare((*module.private, *module.exported), inner)
+        symbol.members.update(inner.names)
+        exported = Scope(None, symbol)
+        for declaration in flatten(module.exported):
+            exported.names.update(dict.fromkeys(declared_names(declaration, self.names), symbol))
+        symbol.exported = frozenset(exported.names)
+        self._module_scopes[id(module)] = inner
+
+    def _annotate(self, flat: Sequence[syntax.Declaration], scope: Scope) -> None:
+        for declaration in flat:
+            if not isinstance(declaration, syntax.AnnotationDeclaration):
+                continue
+            for name in declaration.names:
+                symbol = scope.names.get(name.name)
+                if symbol is not None:  # the parser has seen to it that there is one, and one annotation for it
+                    self.names._record(name, symbol)
+                    self.names._annotations[symbol] = declaration
+
+    # --- patterns -------------------------------------------------------------------------------------------
+
+    def _bind(self, patterns: Iterable[syntax.Pattern], scope: Scope, where: str, *, local: bool = True) -> None:
+        """Give symbols to the variables of *patterns*, which *scope* then holds, and tie their constructors."""
+        outside = scope.parent if scope.parent is not None else scope
+        for pattern in patterns:
+            for node in variables(pattern):
+                if self._constructor(node, outside):
+                    continue
+                name = node.text
+                first = scope.names.get(name)
+                if first is not None:
+                    assert first.span is not None
+                    self.report(messages.bound_twice(name, first.span, node.span, where))
+                    continue
+                symbol = Symbol(name, SymbolKind.VARIABLE, node.span, node, owner=scope.module, is_local=local)
+                scope.names[name] = symbol
+                self.names._record(node, symbol)
+
+    def _constructor(self, node: syntax.NamePattern, scope: Scope) -> bool:
+        """Tie a name in a pattern that is no variable; False for a variable."""
+        if len(node.parts) == 1:
+            symbol = scope.find(node.parts[0])
+            if symbol is None or symbol.kind not in MATCHED:
+                return False
+        else:
+            try:
+                symbol = self.lookup.find(scope, node.parts, node.span)
+            except NotFound as missing:
+                self.report(missing.diagnostic)
+                return True
+            if symbol.kind not in MATCHED:
+                self.report(messages.qualified_variable(node.text, node.span))
+                return True
+        self.names._record(node, symbol)
+        return True
+
+    # --- visiting -------------------------------------------------------------------------------------------
+
+    def visit(self, node: syntax.Node, scope: Scope) -> None:
+        """Tie all names in *node*."""
+        visitor = self._visitors.get(type(node))
+        if visitor is not None:
+            visitor(node, scope)
+        elif isinstance(node, syntax.Foreign):
+            self._visit_all(node.names, scope)
+        elif isinstance(node, syntax.ModuleDeclaration):  # of a class
+            self._visit_moduledeclaration(node, scope)
+        # Else a paragraph of Object-Z, or a claim about one: its names are tied elsewhere.
+
+    def _visit_all(self, nodes: Iterable[syntax.Node], scope: Scope) -> None:
+        for node in nodes:
+            self.visit(node, scope)
+
+    def _visit_name(self, node: syntax.Name, scope: Scope) -> None:
+        try:
+            symbol = self.lookup.find(scope, node.parts, node.span)
+        except NotFound as missing:
+            self.report(missing.diagnostic)
+            return
+        if symbol.kind in MODULES:
+            instance = symbol.kind is SymbolKind.INSTANCE
+            try:
+                members = (self.lookup.module_of(symbol) if instance else symbol).base.exported
+            except NotFound:
+                members = frozenset()
+            self.report(messages.module_is_no_value(node.text, node.span, sorted(members), instance=instance))
+            return
+        self.names._record(node, symbol)
+
+    def _visit_literalexpr(self, node: syntax.LiteralExpr, scope: Scope) -> None:
+        pass
+
+    def _visit_paren(self, node: syntax.Paren, scope: Scope) -> None:
+        self.visit(node.inner, scope)
+
+    def _visit_tupleexpr(self, node: syntax.TupleExpr, scope: Scope) -> None:
+        self._visit_all(node.items, scope)
+
+    def _visit_comprehension(
+        self, node: syntax.SetExpr | syntax.SequenceExpr | syntax.Productions, scope: Scope
+    ) -> None:
+        self._visit_all(node.items, self._statements(node.statements or (), scope))
+
+    _visit_setexpr = _visit_sequenceexpr = _visit_productions = _visit_comprehension
+
+    def _visit_range(self, node: syntax.SetRange | syntax.SequenceRange, scope: Scope) -> None:
+        inner = self._statements(node.statements or (), scope)
+        self.visit(node.low, inner)
+        if node.high is not None:
+            self.visit(node.high, inner)
+
+    _visit_setrange = _visit_sequencerange = _visit_range
+
+    def _visit_mapexpr(self, node: syntax.MapExpr, scope: Scope) -> None:
+        for key, value in node.items:
+            self.visit(key, scope)
+            self.visit(value, scope)
+
+    def _visit_two(self, node: syntax.Binary | syntax.Dot | syntax.ProcessBinary, scope: Scope) -> None:
+        self.visit(node.left, scope)
+        self.visit(node.right, scope)
+
+    _visit_binary = _visit_dot = _visit_processbinary = _visit_two
+
+    def _visit_unary(self, node: syntax.Unary, scope: Scope) -> None:
+        self.visit(node.operand, scope)
+
+    def _visit_apply(self, node: syntax.Apply, scope: Scope) -> None:
+        self.visit(node.function, scope)
+        self._visit_all(node.arguments, scope)
+
+    def _visit_lambda(self, node: syntax.Lambda, scope: Scope) -> None:
+        inner = scope.within()
+        self._bind(node.parameters, inner, "parameter list")
+        self.visit(node.body, inner)
+
+    def _visit_if(self, node: syntax.If, scope: Scope) -> None:
+        self.visit(node.condition, scope)
+        self.visit(node.then, scope)
+        self.visit(node.otherwise, scope)
+
+    def _visit_let(self, node: syntax.Let, scope: Scope) -> None:
+        inner = scope.within()
+        self._declare(node.declarations, inner, local=True)
+        self._visit_all(node.declarations, inner)
+        self.visit(node.body, inner)
+
+    # --- visiting processes ---------------------------------------------------------------------------------
+
+    def _visit_prefix(self, node: syntax.Prefix, scope: Scope) -> None:
+        self.visit(node.channel, scope)
+        bound: dict[str, Span] = {}
+        communicated: Span | None = None
+        for field in node.fields:
+            if field.kind == "$":
+                if scope.timed:
+                    self.report(messages.not_in_timed_section("a `$` field", field.span))
+                if communicated is not None:
+                    self.report(messages.dollar_after_input(field.span, communicated))
+            elif communicated is None:
+                communicated = field.span
+            if field.expression is not None:
+                self.visit(field.expression, scope)
+            if field.restriction is not None:
+                self.visit(field.restriction, scope)
+            if field.pattern is not None:
+                double = next(doubles(field.pattern), None)
+                if double is not None:
+                    self.report(messages.double_pattern_in_prefix(double.span))
+                inner = scope.within()
+                self._bind((field.pattern,), inner, "prefix")
+                for name, symbol in inner.names.items():
+                    assert symbol.span is not None
+                    if name in bound:
+                        self.report(messages.bound_twice(name, bound[name], symbol.span, "prefix"))
+                    bound[name] = symbol.span
+                scope = inner
+        self.visit(node.body, scope)
+
+    def _visit_guard(self, node: syntax.Guard, scope: Scope) -> None:
+        self.visit(node.condition, scope)
+        self.visit(node.body, scope)
+
+    def _visit_synchronised(self, node: syntax.Synchronised, scope: Scope) -> None:
+        self._visit_all((node.left, node.events, node.right), scope)
+
+    def _visit_alphabetisedparallel(self, node: syntax.AlphabetisedParallel, scope: Scope) -> None:
+        self._visit_all((node.left, node.left_alphabet, node.right_alphabet, node.right), scope)
+
+    def _visit_classparallel(self, node: syntax.ClassParallel, scope: Scope) -> None:
+        if not self.has_classes:
+            from cspcheck.cspm.oz.reading.messages import composition_without_classes
+
+            between = node.span.source.text.find("||", node.left.span.end, node.right.span.start)
+            self.report(composition_without_classes(node.span.source.span(between, between + 2)))
+        self._visit_all((node.left, node.right), scope)
+
+    def _visit_linkedparallel(self, node: syntax.LinkedParallel, scope: Scope) -> None:
+        if scope.timed:
+            self.report(messages.not_in_timed_section("a linked parallel", node.span))
+        self._visit_all((node.left, node.right), scope)
+        self._pairs(node.links, self._statements(node.statements or (), scope))
+
+    def _visit_hide(self, node: syntax.Hide, scope: Scope) -> None:
+        self._visit_all((node.process, node.events), scope)
+
+    def _visit_rename(self, node: syntax.Rename, scope: Scope) -> None:
+        self.visit(node.process, scope)
+        self._pairs(node.pairs, self._statements(node.statements or (), scope))
+
+    def _visit_replicated(self, node: syntax.Replicated, scope: Scope) -> None:
+        if node.operator == "<->" and scope.timed:
+            self.report(messages.not_in_timed_section("a linked parallel", node.span))
+        inner = self._statements(node.statements, scope)
+        self._pairs(node.links, self._statements(node.link_statements or (), inner))
+        if node.events is not None:
+            self.visit(node.events, inner if node.operator == "||" else scope)
+        self.visit(node.body, inner)
+
+    def _pairs(self, pairs: Iterable[tuple[syntax.Expr, syntax.Expr]], scope: Scope) -> None:
+        for pair in pairs:
+            self._visit_all(pair, scope)
+
+    def _statements(self, statements: Iterable[syntax.Statement], scope: Scope) -> Scope:
+        """Tie the statements in order; the scope behind the last one."""
+        for statement in statements:
+            if isinstance(statement, syntax.Generator):
+                self.visit(statement.source, scope)
+                scope = scope.within()
+                self._bind((statement.pattern,), scope, "pattern")
+            else:
+                assert isinstance(statement, syntax.Qualifier)
+                self.visit(statement.condition, scope)
+        return scope
+
+    # --- visiting declarations ------------------------------------------------------------------------------
+
+    def _visit_functiondefinition(self, node: syntax.FunctionDefinition, scope: Scope) -> None:
+        first = node.clauses[0]
+        shape = [len(group) for group in first.groups]
+        for clause in node.clauses:
+            given = [len(group) for group in clause.groups]
+            if given != shape:
+                self.report(
+                    messages.clauses_differ(node.name, clause.span, first.span, _arguments(shape), _arguments(given))
+                )
+            inner = scope.within()
+            self._bind((p for group in clause.groups for p in group), inner, "parameter list")
+            self.visit(clause.body, inner)
+
+    def _visit_patterndefinition(self, node: syntax.PatternDefinition, scope: Scope) -> None:
+        pattern = _unwrap(node.pattern)
+        if not isinstance(pattern, syntax.NamePattern):
+            for name in variables(pattern):
+                if self.names.find(name) is None:
+                    self._constructor(name, scope)
+        elif len(pattern.parts) > 1:
+            self._constructor(pattern, scope)
+        self.visit(node.body, scope)
+
+    def _visit_channeldeclaration(self, node: syntax.ChannelDeclaration, scope: Scope) -> None:
+        if node.fields is not None:
+            self.visit(node.fields, scope)
+
+    def _visit_datatypedeclaration(self, node: syntax.DatatypeDeclaration, scope: Scope) -> None:
+        for constructor in node.constructors:
+            if node.subtype:
+                symbol = scope.find(constructor.name)
+                if symbol is None or symbol.kind is not SymbolKind.CONSTRUCTOR:
+                    known = [s.name for s in scope.known() if s.kind is SymbolKind.CONSTRUCTOR]
+                    close = suggestions(constructor.name, known)
+                    self.report(messages.not_a_constructor(constructor.name, node.name, constructor.span, close))
+                else:
+                    self.names._record(constructor, symbol)
+            if constructor.fields is not None:
+                self.visit(constructor.fields, scope)
+
+    def _visit_nametypedeclaration(self, node: syntax.NametypeDeclaration, scope: Scope) -> None:
+        self.visit(node.body, scope)
+
+    def _visit_importdeclaration(self, node: syntax.ImportDeclaration, scope: Scope) -> None:
+        pass
+
+    def _visit_includedeclaration(self, node: syntax.IncludeDeclaration, scope: Scope) -> None:
+        self._visit_all(node.declarations, scope)
+
+    def _visit_printdeclaration(self, node: syntax.PrintDeclaration, scope: Scope) -> None:
+        self.visit(node.expression, scope)
+
+    def _visit_moduledeclaration(self, node: syntax.ModuleDeclaration, scope: Scope) -> None:
+        inner = self._module_scopes[id(node)]
+        self._visit_all(node.private, inner)
+        self._visit_all(node.exported, inner)
+
+    def _visit_instancedeclaration(self, node: syntax.InstanceDeclaration, scope: Scope) -> None:
+        self._visit_all(node.arguments, scope)
+        try:
+            module = self.lookup.module_of(self.names.symbol(node))
+        except NotFound as missing:
+            self.report(missing.diagnostic)
+            return
+        self.names._record(node.module, module)
+        declaration = module.declaration
+        assert isinstance(declaration, syntax.ModuleDeclaration)
+        expected, given = len(declaration.parameters), len(node.arguments)
+        if expected != given:
+            self.report(messages.module_argument_count(node.module.text, expected, given, node.span, declaration.span))
+
+    def _visit_timeddeclaration(self, node: syntax.TimedDeclaration, scope: Scope) -> None:
+        if node.duration is not None:
+            self.visit(node.duration, scope)
+        tock = scope.find("tock")
+        if tock is None:
+            self.report(messages.no_tock(node.span, None))
+        elif not (isinstance(tock.declaration, syntax.ChannelDeclaration) and tock.declaration.fields is None):
+            self.report(messages.no_tock(node.span, tock.span))
+        else:
+            self.names._tocks[id(node)] = tock
+        self._visit_all(node.declarations, scope.in_timed_section())
+
+    def _visit_annotationdeclaration(self, node: syntax.AnnotationDeclaration, scope: Scope) -> None:
+        self.visit(node.scheme.type, scope)
+
+    # --- visiting types -------------------------------------------------------------------------------------
+
+    def _visit_typename(self, node: syntax.TypeName, scope: Scope) -> None:
+        if len(node.parts) > 1:
+            try:
+                self.names._record(node, self.lookup.find(scope, node.parts, node.span))
+            except NotFound as missing:
+                self.report(missing.diagnostic)
+            return
+        symbol = scope.find(node.parts[0])
+        if symbol is not None and symbol.kind is SymbolKind.DATATYPE:
+            self.names._record(node, symbol)
+
+    def _visit_settype(self, node: syntax.SetType | syntax.SequenceType, scope: Scope) -> None:
+        self.visit(node.element, scope)
+
+    _visit_sequencetype = _visit_settype
+
+    def _visit_tupletype(self, node: syntax.TupleType, scope: Scope) -> None:
+        self._visit_all(node.items, scope)
+
+    def _visit_maptype(self, node: syntax.MapType, scope: Scope) -> None:
+        self._visit_all((node.key, node.value), scope)
+
+    def _visit_functiontype(self, node: syntax.FunctionType, scope: Scope) -> None:
+        self._visit_all((*node.parameters, node.result), scope)
+
+    def _visit_dottype(self, node: syntax.DotType, scope: Scope) -> None:
+        self._visit_all((node.left, node.right), scope)
+
+    def _visit_dotabletype(self, node: syntax.DotableType, scope: Scope) -> None:
+        self._visit_all((node.argument, node.result), scope)
+
+    # --- visiting assertions --------------------------------------------------------------------------------
+
+    def _visit_assertdeclaration(self, node: syntax.AssertDeclaration, scope: Scope) -> None:
+        self.visit(node.assertion, scope)
+
+    def _visit_refinement(self, node: syntax.Refinement, scope: Scope) -> None:
+        self._visit_all((node.specification, node.implementation), scope)
+        self._options(node.options, scope)
+
+    def _visit_property(self, node: syntax.Property, scope: Scope) -> None:
+        self.visit(node.process, scope)
+        if node.trace is not None:
+            self.visit(node.trace, scope)
+        self._options(node.options, scope)
+
+    def _options(self, options: Iterable[syntax.AssertOption], scope: Scope) -> None:
+        for option in options:
+            if option.events is not None:
+                self.visit(option.events, scope)
+
+    def _visit_booleanassertion(self, node: syntax.BooleanAssertion, scope: Scope) -> None:
+        self.visit(node.condition, scope)
+
+    def _visit_notassertion(self, node: syntax.NotAssertion, scope: Scope) -> None:
+        self.visit(node.inner, scope)
+
+
+def _unwrap(pattern: syntax.Pattern) -> syntax.Pattern:
+    while isinstance(pattern, syntax.ParenPattern):
+        pattern = pattern.inner
+    return pattern
+
+
+def _arguments(shape: Sequence[int]) -> str:
+    counts = [f"{n} argument{'' if n == 1 else 's'}" for n in shape]
+    return " and then ".join(counts)

@@ -1,0 +1,1 @@
+"""Classes as processes: the meaning of CSP-OZ in terms of CSP."""

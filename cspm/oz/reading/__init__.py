@@ -1,0 +1,1 @@
+"""From text or LaTeX to the tree of Object-Z paragraphs."""

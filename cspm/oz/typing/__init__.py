@@ -1,0 +1,1 @@
+"""What the paragraphs of a script mean: types, inheritance, interfaces."""

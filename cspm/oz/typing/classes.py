@@ -1,0 +1,412 @@
+"""Classes, flattened: what a class declares, put on top of what it inherits.
+
+A subclass conjoins its parents' state, INIT and schemas of the same event with its own, and runs its process
+equations beside theirs (Fischer 2000; Olderog and Wehrheim 2005). Generic parameters are given sets in the class
+itself and are replaced where it is inherited or used with arguments.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TypeVar
+
+from cspcheck.cspm.diagnostics import Diagnostic
+from cspcheck.cspm.oz import core, syntax as s
+from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
+from cspcheck.cspm.oz.typing.equations import check_equations, renamed_equations
+from cspcheck.cspm.oz.typing.operations import Boxes, inherited_operations
+from cspcheck.cspm.oz.typing.paragraphs import Paragraphs
+from cspcheck.cspm.oz.typing.scopes import Scope, SetEntry, StateEntry, VariableEntry, whole
+from cspcheck.cspm.oz.typing.typing import Typing
+from cspcheck.cspm.oz.typing.typing_operators import Wrong
+from cspcheck.cspm.source import Span
+from cspcheck.cspm.spelling import suggestions
+
+Report = Callable[[Diagnostic], None]
+D = TypeVar("D", bound=core.Declared)
+
+
+@dataclass
+class _Built:
+    """A class with the scope that its children see."""
+
+    model: core.ClassModel
+    scope: Scope
+    types: dict[str, SetEntry] = field(default_factory=dict)
+
+
+class Classes:
+    """The classes of a script, each made once for each choice of generic arguments."""
+
+    def __init__(
+        self, trees: Sequence[s.Class], typing: Typing, scope: Scope, paragraphs: Paragraphs, report: Report
+    ) -> None:
+        self.trees = {tree.name: tree for tree in trees}
+        self.typing = typing
+        self.scope = scope
+        self.paragraphs = paragraphs
+        self.report = report
+        self.parameters = Scope(scope)
+        """The given sets that generic parameters stand for, beside all names of the script."""
+        self._built: dict[tuple[str, tuple[core.Term, ...]], _Built] = {}
+        self._open: list[str] = []
+        self.unclear: set[str] = set()
+        """Channels with a declaration that is wrong: nothing can be said of how classes share them."""
+
+    def all(self) -> Mapping[str, core.ClassModel]:
+        """Every class of the script as it stands, in the order of the text."""
+        for tree in self.trees.values():
+            for generic in tree.generics:
+                given = self.parameter(tree, generic.name)
+                self.paragraphs.givens.setdefault(given.name, generic.span)
+                self.parameters.add(given.name, SetEntry(whole(given), generic.span))
+        models = {}
+        for name in self.trees:
+            built = self.build(name, (), self.report)
+            if built is not None:
+                models[name] = built.model
+        return models
+
+    def parameter(self, tree: s.Class, name: str) -> core.GivenType:
+        """The given set that a generic parameter stands for in a class that is not instantiated.
+
+        Parameters of one name are one set in all classes, so that two generic classes can be compared; unless the
+        script gives that name another meaning.
+        """
+        return core.GivenType(name if self.scope.find(name) is None else f"{tree.name}.{name}")
+
+    def instance(self, name: str, arguments: tuple[s.Term, ...]) -> core.ClassModel:
+        """A generic class with actual parameters.
+
+        Raises:
+            Wrong: there is no such class, or the arguments do not match.
+        """
+        span = arguments[0].span if arguments else None
+        if name not in self.trees:
+            assert span is not None
+            raise Wrong(messages.unknown_class(name, span, suggestions(name, self.trees)))
+        terms = tuple([replace(self.typing.carrier(argument, self.scope), span=None) for argument in arguments])
+        wanted = len(self.trees[name].generics)
+        if wanted != len(terms):
+            raise Wrong(type_messages.generic_arguments(name, wanted, len(terms), span or self.trees[name].span))
+        mistakes: list[Diagnostic] = []
+        built = self.build(name, terms, mistakes.append)
+        if built is None or mistakes:
+            raise Wrong(mistakes[0])
+        return built.model
+
+    def build(self, name: str, arguments: tuple[core.Term, ...], report: Report) -> _Built | None:
+        """A class for given arguments (none: its parameters stay given sets); None where it inherits from itself."""
+        key = (name, arguments)
+        if key in self._built:
+            return self._built[key]
+        if name in self._open:
+            cycle = [*self._open[self._open.index(name) :], name]
+            self.report(messages.cyclic_inheritance(cycle, self.trees[name].span))
+            return None
+        self._open.append(name)
+        try:
+            built = _Builder(self, self.trees[name], arguments, report).build()
+        finally:
+            self._open.pop()
+        self._built[key] = built
+        return built
+
+
+class _Builder:
+    """Puts one class together."""
+
+    def __init__(self, classes: Classes, tree: s.Class, arguments: tuple[core.Term, ...], report: Report) -> None:
+        self.classes = classes
+        self.tree = tree
+        self.report = report
+        self.scope = Scope(classes.scope)
+        self.types: dict[str, SetEntry] = {}
+        for i, generic in enumerate(tree.generics):
+            term = arguments[i] if arguments else whole(classes.parameter(tree, generic.name))
+            self.scope.add(generic.name, SetEntry(term, generic.span))
+        self.channels: dict[str, core.Channel] = {}
+        self.constants: dict[str, core.Declared] = {}
+        self.primary: dict[str, core.Declared] = {}
+        self.secondary: dict[str, core.Declared] = {}
+        self.axioms: list[core.Term] = []
+        self.invariant: list[core.Term] = []
+        self.initial: list[core.Term] | None = None
+        self.operations: dict[str, core.Operation] = {}
+        self.processes: list[core.ProcessPart] = []
+        self.parents: list[str] = []
+
+    def build(self) -> _Built:
+        tree = self.tree
+        for inherit in tree.inherits:
+            self._inherit(inherit)
+        self._paragraphs()
+        for interface in tree.interface:
+            self._interface(interface)
+        self._state()
+        states = self.primary | self.secondary
+        boxes = Boxes(
+            tree,
+            self.channels,
+            self.classes.typing,
+            self.scope,
+            states,
+            set(self.secondary),
+            self.invariant,
+            self.report,
+        )
+        own = boxes.operations()
+        # A method that was declared without parameters has those of its schema.
+        self.channels.update(boxes.channels)
+        self.operations = inherited_operations(self.operations, own, self.report)
+        if tree.equations:
+            self.processes.append(core.ProcessPart(owner=tree.name, equations=tree.equations))
+        check_equations(tree, self.channels, self.processes, own, self.report)
+        self._visibility()
+        model = core.ClassModel(
+            name=tree.name,
+            span=tree.span,
+            parents=tuple(self.parents),
+            generics=tuple([generic.name for generic in tree.generics]),
+            visibility=None if tree.visibility is None else tuple([name.name for name in tree.visibility]),
+            channels=self.channels,
+            constants=tuple(self.constants.values()),
+            axioms=tuple(self.axioms),
+            primary=tuple(self.primary.values()),
+            secondary=tuple(self.secondary.values()),
+            invariant=tuple(self.invariant),
+            initial=None if self.initial is None else tuple(self.initial),
+            operations=self.operations,
+            processes=tuple(self.processes),
+        )
+        return _Built(model, self.scope, self.types)
+
+    # --- inheritance ------------------------------------------------------------------------------------------
+
+    def _inherit(self, inherit: s.Inherit) -> None:
+        trees = self.classes.trees
+        if inherit.name not in trees:
+            self.report(messages.unknown_class(inherit.name, inherit.span, suggestions(inherit.name, trees)))
+            return
+        wanted = len(trees[inherit.name].generics)
+        if wanted != len(inherit.arguments):
+            self.report(type_messages.generic_arguments(inherit.name, wanted, len(inherit.arguments), inherit.span))
+            return
+        try:
+            arguments = tuple(
+                [replace(self.classes.typing.carrier(a, self.scope), span=None) for a in inherit.arguments]
+            )
+        except Wrong as wrong:
+            self.report(wrong.diagnostic)
+            return
+        built = self.classes.build(inherit.name, arguments, self.report)
+        if built is None:
+            return
+        parent = self._renamed(built.model, inherit)
+        self.parents.append(parent.name)
+        for name, entry in built.types.items():
+            self.scope.add(name, entry)
+            self.types[name] = entry
+        for channel in parent.channels.values():
+            self._merge_channel(channel)
+        self._merge(self.constants, parent.constants, parent.name)
+        self._merge(self.primary, parent.primary, parent.name)
+        self._merge(self.secondary, parent.secondary, parent.name)
+        for constant in parent.constants:
+            variable = core.Variable(type=constant.type, name=constant.name, role="constant", span=constant.span)
+            self.scope.add(constant.name, VariableEntry(variable, constant.span))
+        self._extend(self.axioms, parent.axioms)
+        self._extend(self.invariant, parent.invariant)
+        if parent.initial is not None:
+            self.initial = self.initial or []
+            self._extend(self.initial, parent.initial)
+        self.operations = inherited_operations(self.operations, dict(parent.operations), self.report)
+        for part in parent.processes:
+            if part not in self.processes:
+                self.processes.append(part)
+
+    def _extend(self, terms: list[core.Term], more: Sequence[core.Term]) -> None:
+        """Add conjuncts; one that came by another way already is not repeated."""
+        terms.extend(term for term in more if term not in terms)
+
+    def _merge(self, own: dict[str, D], inherited: Sequence[D], parent: str) -> None:
+        for declared in inherited:
+            first = own.setdefault(declared.name, declared)
+            if first.type != declared.type:
+                self.report(
+                    messages.inherited_differently(
+                        declared.name, parent, str(first.type), str(declared.type), first.span, declared.span
+                    )
+                )
+
+    def _merge_channel(self, channel: core.Channel) -> None:
+        first = self.channels.setdefault(channel.name, channel)
+        if _types(first) != _types(channel):
+            shown = (_shown(first), _shown(channel))
+            self.report(messages.inherited_differently(channel.name, channel.owner, *shown, first.span, channel.span))
+
+    def _renamed(self, parent: core.ClassModel, inherit: s.Inherit) -> core.ClassModel:
+        """A parent with channels and methods called as the child wishes."""
+        if not inherit.renamings:
+            return parent
+        names: dict[str, str] = {}
+        for new, old in inherit.renamings:
+            if old.name not in parent.channels:
+                near = suggestions(old.name, parent.channels)
+                self.report(messages.rename_unknown(old.name, parent.name, old.span, near))
+            names[old.name] = new.name
+        return replace(
+            parent,
+            channels={
+                names.get(n, n): replace(channel, name=names.get(n, n)) for n, channel in parent.channels.items()
+            },
+            operations={
+                names.get(n, n): replace(operation, name=names.get(n, n)) for n, operation in parent.operations.items()
+            },
+            processes=tuple([renamed_equations(part, names) for part in parent.processes]),
+        )
+
+    # --- own declarations -------------------------------------------------------------------------------------
+
+    def _paragraphs(self) -> None:
+        inner = self.classes.paragraphs.inside(self.scope)
+        inner.elaborate(self.tree.paragraphs)
+        for paragraph in self.tree.paragraphs:
+            for name in _type_names(paragraph):
+                entry = self.scope.own(name)
+                if isinstance(entry, SetEntry):
+                    self.types[name] = entry
+        for constant in inner.constants:
+            inherited = self.constants.get(constant.name)
+            if inherited is not None and inherited.type != constant.type:
+                self.report(
+                    messages.inherited_differently(
+                        constant.name,
+                        self.parents[-1],
+                        str(constant.type),
+                        str(inherited.type),
+                        constant.span,
+                        inherited.span,
+                    )
+                )
+            self.constants[constant.name] = constant
+        self._extend(self.axioms, inner.axioms)
+
+    def _interface(self, interface: s.Interface) -> None:
+        parameters = []
+        seen: dict[str, Span] = {}
+        for declaration in interface.parameters:
+            try:
+                carrier = self.classes.typing.carrier(declaration.carrier, self.scope)
+            except Wrong as wrong:
+                self.report(wrong.diagnostic)
+                self.classes.unclear.update(declared.name for declared in interface.names)
+                continue
+            assert isinstance(carrier.type, core.SetType)
+            for name in declaration.names:
+                if name.name in seen:
+                    self.report(type_messages.declared_twice(name.name, seen[name.name], name.span))
+                    continue
+                seen[name.name] = name.span
+                kind: core.ParameterKind = "simple"
+                if name.decoration in ("?", "!"):
+                    kind = "input" if name.decoration == "?" else "output"
+                parameters.append(
+                    core.Parameter(
+                        name=name.name, type=carrier.type.element, carrier=carrier, span=name.span, kind=kind
+                    )
+                )
+        for declared in interface.names:
+            channel = core.Channel(
+                name=declared.name,
+                kind=interface.kind,
+                parameters=tuple(parameters),
+                owner=self.tree.name,
+                span=declared.span,
+            )
+            before = self.channels.get(declared.name)
+            if before is not None and before.owner == self.tree.name:
+                self.report(type_messages.declared_twice(declared.name, before.span, declared.span))
+            elif before is not None and _types(before) != _types(channel):
+                self.report(
+                    messages.inherited_differently(
+                        declared.name, before.owner, _shown(channel), _shown(before), declared.span, before.span
+                    )
+                )
+            self.channels[declared.name] = channel
+
+    def _state(self) -> None:
+        tree, paragraphs = self.tree, self.classes.paragraphs
+        if tree.state is not None:
+            own = {d.name: d for d in paragraphs.declared(tree.state.primary, self.scope)}
+            derived = {d.name: d for d in paragraphs.declared(tree.state.secondary, self.scope)}
+            for name, declared in derived.items():
+                if name in own:
+                    self.report(type_messages.declared_twice(name, own[name].span, declared.span))
+            for mine, inherited in ((own, self.primary), (derived, self.secondary)):
+                for name, declared in mine.items():
+                    before = inherited.get(name)
+                    if before is not None and before.type != declared.type:
+                        self.report(
+                            messages.inherited_differently(
+                                name,
+                                self.parents[-1],
+                                str(declared.type),
+                                str(before.type),
+                                declared.span,
+                                before.span,
+                            )
+                        )
+                    if before is not None and before.carrier != declared.carrier:
+                        # What is declared again must lie in both sets.
+                        self.invariant.append(_member(before))
+                    inherited[name] = declared
+        for declared in (*self.primary.values(), *self.secondary.values()):
+            secondary = declared.name in self.secondary
+            entry = StateEntry(declared.name, declared.type, secondary, declared.span)
+            self.scope.add(declared.name, entry)
+        if tree.state is not None:
+            self._extend(self.invariant, paragraphs.predicates(tree.state.predicates, self.scope, "invariant"))
+        if tree.initial is not None:
+            self.initial = self.initial or []
+            self._extend(self.initial, paragraphs.predicates(tree.initial.predicates, self.scope, "initial"))
+
+    def _visibility(self) -> None:
+        known = {
+            *self.channels,
+            *self.constants,
+            *self.primary,
+            *self.secondary,
+            *self.operations,
+            *[operation.name for operation in self.tree.operations],
+            "INIT",
+            "init",
+            "Init",
+        }
+        for name in self.tree.visibility or ():
+            if name.name not in known:
+                near = suggestions(name.name, sorted(known))
+                self.report(messages.not_visible(name.name, self.tree.name, name.span, near))
+
+
+def _member(declared: core.Declared) -> core.Term:
+    variable = core.Variable(type=declared.type, name=declared.name, role="before", span=declared.span)
+    return core.Apply(type=core.BOOL, operator="in", operands=(variable, declared.carrier), span=declared.span)
+
+
+def _types(channel: core.Channel) -> tuple[core.Type, ...]:
+    return tuple([parameter.type for parameter in channel.parameters])
+
+
+def _shown(channel: core.Channel) -> str:
+    return f"[{'; '.join(f'{p.name} : {p.type}' for p in channel.parameters)}]"
+
+
+def _type_names(paragraph: s.Paragraph) -> list[str]:
+    match paragraph:
+        case s.GivenTypes():
+            return [name.name for name in paragraph.names]
+        case s.FreeType() | s.Abbreviation() | s.Schema():
+            return [paragraph.name]
+    return []

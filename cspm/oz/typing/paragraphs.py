@@ -1,0 +1,271 @@
+"""Types, schemas and constants, at the top of a script or inside a class, elaborated in order of need."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from graphlib import CycleError, TopologicalSorter
+
+from cspcheck.cspm.diagnostics import Diagnostic
+from cspcheck.cspm.oz import core, syntax as s
+from cspcheck.cspm.oz.core import INT, Apply, Constant, Declared, RecordType, SetType
+from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
+from cspcheck.cspm.oz.typing.scopes import (
+    ConstructorEntry,
+    FailedEntry,
+    GenericEntry,
+    Scope,
+    SetEntry,
+    VariableEntry,
+    mentioned,
+    whole,
+)
+from cspcheck.cspm.oz.typing.typing import Typing
+from cspcheck.cspm.oz.typing.typing_operators import Wrong
+from cspcheck.cspm.source import Span
+from cspcheck.cspm.syntax import tree as syntax
+
+Report = Callable[[Diagnostic], None]
+
+
+class Paragraphs:
+    """What paragraphs have declared so far.
+
+    Attributes:
+        givens, frees, constants, axioms: for the specification. Records go to the shared table of the typing.
+    """
+
+    def __init__(self, typing: Typing, scope: Scope, records: dict[str, core.RecordDefinition], report: Report) -> None:
+        self.typing = typing
+        self.scope = scope
+        self.records = records
+        self.report = report
+        self.givens: dict[str, Span] = {}
+        self.frees: dict[str, core.FreeDefinition] = {}
+        self.constants: list[Declared] = []
+        self.axioms: list[core.Term] = []
+        self._claimed: dict[str, Span] = {}
+
+    def inside(self, scope: Scope) -> Paragraphs:
+        """A collection for the paragraphs of a class; its types belong to the specification, its constants do not."""
+        inner = Paragraphs(self.typing, scope, self.records, self.report)
+        inner.givens, inner.frees = self.givens, self.frees
+        return inner
+
+    def claim(self, name: str, span: Span) -> None:
+        """Take a name; one that is taken is reported."""
+        first = self._claimed.setdefault(name, span)
+        if first != span:
+            self.report(type_messages.declared_twice(name, first, span))
+
+    # --- what CSPm declares -----------------------------------------------------------------------------------
+
+    def script_values(self, declarations: Sequence[syntax.Declaration]) -> None:
+        """Make datatypes of constants, ranges and integer constants of the script's CSPm part known to classes."""
+        for declaration in declarations:
+            match declaration:
+                case syntax.DatatypeDeclaration(subtype=False) if all(
+                    c.fields is None for c in declaration.constructors
+                ):
+                    type_ = core.FreeType(declaration.name)
+                    branches = tuple([(c.name, None) for c in declaration.constructors])
+                    self.frees[declaration.name] = core.FreeDefinition(
+                        name=declaration.name, branches=branches, span=declaration.span
+                    )
+                    self.scope.add(declaration.name, SetEntry(whole(type_), declaration.span))
+                    for c in declaration.constructors:
+                        self.scope.add(c.name, ConstructorEntry(c.name, type_, None, c.span))
+        numbers: dict[str, int] = {}
+        for declaration in declarations:
+            match declaration:
+                case syntax.PatternDefinition(pattern=syntax.NamePattern() as pattern):
+                    value = _number(declaration.body, numbers)
+                    if value is not None:
+                        numbers[pattern.text] = value
+                        entry = VariableEntry(Constant(type=INT, value=value), declaration.span)
+                        self.scope.add(pattern.text, entry)
+                case syntax.NametypeDeclaration(body=syntax.SetRange(statements=None) as body):
+                    low = _number(body.low, numbers)
+                    high = None if body.high is None else _number(body.high, numbers)
+                    if low is not None and high is not None:
+                        ends = (Constant(type=INT, value=low), Constant(type=INT, value=high))
+                        range_ = Apply(type=SetType(INT), operator="range", operands=ends)
+                        self.scope.add(declaration.name, SetEntry(range_, declaration.span))
+
+    # --- paragraphs -------------------------------------------------------------------------------------------
+
+    def elaborate(self, paragraphs: Iterable[s.Paragraph]) -> None:
+        """Elaborate types, abbreviations, schemas and constants, each after those that it mentions."""
+        own = [p for p in paragraphs if isinstance(p, s.GivenTypes | s.FreeType | s.Abbreviation | s.Schema | s.Axiom)]
+        providers: dict[str, int] = {}
+        for number, paragraph in enumerate(own):
+            for name, span in _declared(paragraph):
+                self.claim(name, span)
+                providers.setdefault(name, number)
+            match paragraph:
+                case s.GivenTypes():
+                    for given in paragraph.names:
+                        self.givens[given.name] = given.span
+                        self.scope.add(given.name, SetEntry(whole(core.GivenType(given.name)), given.span))
+                case s.FreeType():
+                    self.scope.add(paragraph.name, SetEntry(whole(core.FreeType(paragraph.name)), paragraph.span))
+        sorter: TopologicalSorter[int] = TopologicalSorter()
+        for number, paragraph in enumerate(own):
+            needs = {providers[name] for name in _needs(paragraph) if name in providers}
+            if isinstance(paragraph, s.FreeType):
+                needs.discard(number)  # free types may be recursive, also by way of each other
+                needs = {n for n in needs if not isinstance(own[n], s.FreeType)}
+            sorter.add(number, *sorted(needs))
+        try:
+            order = list(sorter.static_order())
+        except CycleError as cycle:
+            first = own[cycle.args[1][0]]
+            name = next(iter(_declared(first)), ("this", first.span))[0]
+            self.report(messages.recursive_schema(name, first.span))
+            return
+        for number in order:
+            try:
+                self._one(own[number])
+            except Wrong as wrong:
+                self.report(wrong.diagnostic)
+                for name, _ in _declared(own[number]):
+                    self.scope.add(name, FailedEntry(wrong.diagnostic))
+
+    def _one(self, paragraph: s.Paragraph) -> None:
+        match paragraph:
+            case s.FreeType():
+                self._free(paragraph)
+            case s.Abbreviation():
+                if paragraph.generics:
+                    self.scope.add(paragraph.name, GenericEntry(paragraph, self.scope))
+                else:
+                    term = self.typing.expression(paragraph.body, self.scope, "axiom")
+                    self.scope.add(paragraph.name, SetEntry(term, paragraph.span))
+            case s.Schema():
+                self._schema(paragraph)
+            case s.Axiom():
+                self._axiom(paragraph)
+
+    def _free(self, paragraph: s.FreeType) -> None:
+        type_ = core.FreeType(paragraph.name)
+        branches: list[tuple[str, core.Term | None]] = []
+        for branch in paragraph.branches:
+            carrier = None if branch.argument is None else self.typing.carrier(branch.argument, self.scope)
+            branches.append((branch.name, carrier))
+            self.scope.add(branch.name, ConstructorEntry(branch.name, type_, carrier, branch.span))
+        self.frees[paragraph.name] = core.FreeDefinition(
+            name=paragraph.name, branches=tuple(branches), span=paragraph.span
+        )
+
+    def _schema(self, paragraph: s.Schema) -> None:
+        fields = tuple(self.declared(paragraph.declarations, self.scope))
+        type_ = RecordType(paragraph.name, tuple([(field.name, field.type) for field in fields]))
+        inner = Scope(self.scope)
+        for field in fields:
+            variable = core.Variable(type=field.type, name=field.name, role="bound", span=field.span)
+            inner.add(field.name, VariableEntry(variable, field.span))
+        predicates = self.predicates(paragraph.predicates, inner, "record")
+        initial = None if paragraph.initial is None else self.predicates(paragraph.initial, inner, "initial")
+        self.records[paragraph.name] = core.RecordDefinition(
+            name=paragraph.name, fields=fields, predicates=predicates, initial=initial, span=paragraph.span
+        )
+        term = Apply(type=SetType(type_), operator="Records")
+        self.scope.add(paragraph.name, SetEntry(term, paragraph.span, schema=paragraph.name))
+
+    def _axiom(self, paragraph: s.Axiom) -> None:
+        for constant in self.declared(paragraph.declarations, self.scope):
+            self.constants.append(constant)
+            variable = core.Variable(type=constant.type, name=constant.name, role="constant", span=constant.span)
+            self.scope.add(constant.name, VariableEntry(variable, constant.span))
+        self.axioms.extend(self.predicates(paragraph.predicates, self.scope, "axiom"))
+
+    # --- parts ------------------------------------------------------------------------------------------------
+
+    def declared(self, declarations: Sequence[s.Declare], scope: Scope) -> Iterator[Declared]:
+        """The names of declarations with types and carriers; wrong ones are reported and left out."""
+        seen: dict[str, Span] = {}
+        for declaration in declarations:
+            try:
+                carrier = self.typing.carrier(declaration.carrier, scope)
+            except Wrong as wrong:
+                self.report(wrong.diagnostic)
+                for name in declaration.names:
+                    scope.add(name.name + name.decoration, FailedEntry(wrong.diagnostic))
+                continue
+            assert isinstance(carrier.type, SetType)
+            for name in declaration.names:
+                if name.name in seen:
+                    self.report(type_messages.declared_twice(name.name, seen[name.name], name.span))
+                    continue
+                seen[name.name] = name.span
+                yield Declared(name=name.name, type=carrier.type.element, carrier=carrier, span=name.span)
+
+    def predicates(self, trees: Sequence[s.Term], scope: Scope, place: str) -> tuple[core.Term, ...]:
+        """The predicates that could be made sense of; mistakes in the others are reported."""
+        found = []
+        for tree in trees:
+            try:
+                found.append(self.typing.predicate(tree, scope, place))  # type: ignore[arg-type]
+            except Wrong as wrong:
+                self.report(wrong.diagnostic)
+        return tuple(found)
+
+
+def _declared(paragraph: s.Paragraph) -> Iterator[tuple[str, Span]]:
+    match paragraph:
+        case s.GivenTypes():
+            for name in paragraph.names:
+                yield name.name, name.span
+        case s.FreeType():
+            yield paragraph.name, paragraph.span
+            for branch in paragraph.branches:
+                yield branch.name, branch.span
+        case s.Abbreviation() | s.Schema():
+            yield paragraph.name, paragraph.span
+        case s.Axiom():
+            for declaration in paragraph.declarations:
+                for declared in declaration.names:
+                    yield declared.name, declared.span
+
+
+def _needs(paragraph: s.Paragraph) -> Iterator[str]:
+    terms: list[s.Term | None] = []
+    own: set[str] = set()
+    match paragraph:
+        case s.FreeType():
+            terms = [branch.argument for branch in paragraph.branches]
+        case s.Abbreviation():
+            terms = [paragraph.body]
+            own = {name.name for name in paragraph.generics}
+        case s.Schema():
+            terms = [d.carrier for d in paragraph.declarations]
+            own = {name.name for d in paragraph.declarations for name in d.names}
+            yield from _names(terms)
+            terms = [*paragraph.predicates, *(paragraph.initial or ())]
+        case s.Axiom():
+            own = {name.name for d in paragraph.declarations for name in d.names}
+            terms = [*[d.carrier for d in paragraph.declarations], *paragraph.predicates]
+    yield from (name for name in _names(terms) if name not in own)
+
+
+def _names(terms: Iterable[s.Term | None]) -> Iterator[str]:
+    return (reference.name for reference in mentioned(terms))
+
+
+def _number(node: syntax.Expr, known: dict[str, int]) -> int | None:
+    """The value of an integer expression over literals and names of such; None for anything else."""
+    match node:
+        case syntax.LiteralExpr(kind="int", value=int() as value):
+            return value
+        case syntax.Paren():
+            return _number(node.inner, known)
+        case syntax.Name() if len(node.parts) == 1:
+            return known.get(node.parts[0])
+        case syntax.Unary(operator="-"):
+            operand = _number(node.operand, known)
+            return None if operand is None else -operand
+        case syntax.Binary(operator="+" | "-" | "*"):
+            left, right = _number(node.left, known), _number(node.right, known)
+            if left is None or right is None:
+                return None
+            return {"+": left + right, "-": left - right, "*": left * right}[node.operator]
+    return None

@@ -1,0 +1,225 @@
+"""What names mean in the Object-Z part: scopes, and the things that a name can stand for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Final, Literal, TypeAlias
+
+from cspcheck.cspm.diagnostics import Diagnostic
+from cspcheck.cspm.oz import core, syntax as s
+from cspcheck.cspm.source import Span
+
+Place = Literal["effect", "guard", "invariant", "initial", "axiom", "retrieve", "record"]
+"""The kind of predicate that a name stands in; it decides which decorations make sense."""
+
+
+@dataclass(frozen=True, slots=True)
+class StateEntry:
+    """A state variable; ``secondary`` ones follow from the primary ones."""
+
+    name: str
+    type: core.Type
+    secondary: bool
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterEntry:
+    """A parameter of an operation."""
+
+    name: str
+    kind: core.ParameterKind
+    type: core.Type
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class VariableEntry:
+    """A constant, a bound variable or a field of a record, as the core term that it is."""
+
+    term: core.Term
+    span: Span | None
+
+
+@dataclass(frozen=True, slots=True)
+class SetEntry:
+    """A name for a set: a given or free type, a schema, an abbreviation. ``term`` is the set itself."""
+
+    term: core.Term
+    span: Span | None
+    schema: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class GenericEntry:
+    """An abbreviation with generic parameters, to be instantiated where it is used."""
+
+    abbreviation: s.Abbreviation
+    scope: Scope
+
+
+@dataclass(frozen=True, slots=True)
+class ConstructorEntry:
+    """A constructor of a free type; ``carrier`` is the set of its argument, None for a constant."""
+
+    name: str
+    type: core.FreeType
+    carrier: core.Term | None
+    span: Span | None
+
+
+@dataclass(frozen=True, slots=True)
+class ClassEntry:
+    """A class: a process, and no set of values."""
+
+    name: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class AmbiguousEntry:
+    """A state variable that both classes of a retrieve relation have; it needs the class's name before it."""
+
+    choices: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FailedEntry:
+    """A name whose declaration is wrong: what is wrong has been told, and is all that there is to say of its uses."""
+
+    diagnostic: Diagnostic
+
+
+Entry: TypeAlias = (
+    StateEntry
+    | ParameterEntry
+    | VariableEntry
+    | SetEntry
+    | GenericEntry
+    | ConstructorEntry
+    | ClassEntry
+    | AmbiguousEntry
+    | FailedEntry
+)
+
+
+class Scope:
+    """Names and what they mean, with the scope around. Parameters are kept apart: ``x`` and ``x?`` may both exist."""
+
+    def __init__(self, outer: Scope | None = None) -> None:
+        self.outer = outer
+        self._entries: dict[str, Entry] = {}
+        self._parameters: dict[str, ParameterEntry] = {}
+
+    def add(self, name: str, entry: Entry) -> None:
+        """Give *name* a meaning here; one from further out is hidden."""
+        if isinstance(entry, ParameterEntry) and entry.kind != "simple":
+            self._parameters[name] = entry
+        else:
+            self._entries[name] = entry
+
+    def find(self, name: str) -> Entry | None:
+        """What the undecorated *name* means."""
+        scope: Scope | None = self
+        while scope is not None:
+            entry = scope._entries.get(name)
+            if entry is not None:
+                return entry
+            scope = scope.outer
+        return None
+
+    def parameter(self, name: str) -> ParameterEntry | None:
+        """The input or output called *name*."""
+        scope: Scope | None = self
+        while scope is not None:
+            entry = scope._parameters.get(name)
+            if entry is not None:
+                return entry
+            scope = scope.outer
+        return None
+
+    def own(self, name: str) -> Entry | None:
+        """What *name* means in this scope itself."""
+        return self._entries.get(name)
+
+    def names(self) -> Iterator[str]:
+        """All undecorated names that mean something."""
+        scope: Scope | None = self
+        while scope is not None:
+            yield from scope._entries
+            scope = scope.outer
+
+    def parameters(self) -> Iterator[str]:
+        """The inputs and outputs in scope, with their decorations."""
+        scope: Scope | None = self
+        while scope is not None:
+            for name, entry in scope._parameters.items():
+                yield name + ("?" if entry.kind == "input" else "!")
+            scope = scope.outer
+
+
+NUMBER_SETS: Final[Mapping[str, core.Term]] = {
+    "nat": core.Apply(type=core.SetType(core.INT), operator="Nat"),
+    "nat1": core.Apply(type=core.SetType(core.INT), operator="Nat1"),
+    "int": core.Apply(type=core.SetType(core.INT), operator="Int"),
+    "num": core.Apply(type=core.SetType(core.INT), operator="Int"),
+    "real": core.Apply(type=core.SetType(core.REAL), operator="Real"),
+    "bool": core.Apply(type=core.SetType(core.BOOL), operator="Bool"),
+}
+
+
+def toolkit() -> Scope:
+    """The outermost scope: the sets of numbers and truth values."""
+    scope = Scope()
+    for name, term in NUMBER_SETS.items():
+        scope.add(name, SetEntry(term, None))
+    return scope
+
+
+def whole(type_: core.GivenType | core.FreeType) -> core.Term:
+    """The set of all elements of a given or free type."""
+    return core.Apply(type=core.SetType(type_), operator="All")
+
+
+def mentioned(terms: Iterable[s.Term | None]) -> Iterator[s.Reference]:
+    """All references in trees, those in declarations of bound variables included; in the order of the text."""
+    stack = [term for term in terms if term is not None][::-1]
+    while stack:
+        term = stack.pop()
+        if isinstance(term, s.Reference):
+            yield term
+        stack.extend(reversed(list(subterms(term))))
+
+
+def subterms(term: s.Term) -> Iterator[s.Term]:
+    """The immediate subterms of a tree."""
+    match term:
+        case s.Reference():
+            yield from term.arguments
+        case s.Grouped():
+            yield term.inner
+        case s.Operator() | s.Chain():
+            yield from term.operands
+        case s.Application():
+            yield term.function
+            yield term.argument
+        case s.Selection():
+            yield term.record
+        case s.Display():
+            yield from term.items
+        case s.BindingDisplay():
+            yield from (value for _, value in term.fields)
+        case s.Binding() | s.Quantified():
+            yield from (declaration.carrier for declaration in term.declarations)
+            if term.condition is not None:
+                yield term.condition
+            if term.body is not None:
+                yield term.body
+        case s.Conditional():
+            yield term.test
+            yield term.then
+            yield term.otherwise
+        case s.Local():
+            yield from (value for _, value in term.definitions)
+            yield term.body

@@ -1,0 +1,525 @@
+"""From trees to typed terms: names are tied, types inferred, coercions made explicit.
+
+Types flow from the inside out; where a collection without elements leaves something open, the term beside it says
+what it is (:mod:`cspcheck.cspm.oz.typing.fitting`). Every mistake is a :class:`Wrong` with its diagnostic; whoever
+asks for a predicate or a set decides how to go on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import count
+from typing import Final
+
+from cspcheck.cspm.oz import core, syntax as s
+from cspcheck.cspm.oz.core import (
+    BOOL,
+    INT,
+    REAL,
+    Apply,
+    BagType,
+    Binder,
+    Constant,
+    FunctionType,
+    RecordType,
+    SequenceType,
+    SetType,
+    Term,
+    TupleType,
+    Type,
+    Variable,
+)
+from cspcheck.cspm.oz.reading.operators import FUNCTIONS
+from cspcheck.cspm.oz.typing import type_messages as messages
+from cspcheck.cspm.oz.typing.fitting import UNKNOWN, Misfit, fit, join, unknown_in
+from cspcheck.cspm.oz.typing.scopes import (
+    AmbiguousEntry,
+    ClassEntry,
+    ConstructorEntry,
+    FailedEntry,
+    GenericEntry,
+    ParameterEntry,
+    Place,
+    Scope,
+    SetEntry,
+    StateEntry,
+    VariableEntry,
+)
+from cspcheck.cspm.oz.typing.typing_operators import (
+    RULES,
+    Wrong,
+    alike,
+    as_function,
+    as_set,
+    coerced,
+    element_of,
+    must_be,
+    numbers,
+    partition,
+    toolkit_function,
+)
+from cspcheck.cspm.source import Span
+from cspcheck.cspm.spelling import suggestions
+
+TRUE: Final = Constant(type=BOOL, value=True)
+
+
+class Typing:
+    """Elaborates the terms of one specification.
+
+    Args:
+        records: what schemas have been declared, by name; grows while the specification is elaborated.
+    """
+
+    def __init__(self, records: Mapping[str, core.RecordDefinition]) -> None:
+        self._records = records
+        self._fresh = count(1)
+        self._instances: dict[tuple[int, tuple[Term, ...]], Term] = {}
+
+    # --- what is asked for ------------------------------------------------------------------------------------
+
+    def predicate(self, node: s.Term, scope: Scope, place: Place) -> Term:
+        """A predicate, with nothing about its types left open.
+
+        Raises:
+            Wrong: it is no predicate, or something in it is wrong.
+        """
+        return settled(self._predicate(node, scope, place))
+
+    def expression(self, node: s.Term, scope: Scope, place: Place) -> Term:
+        """An expression, whatever its type.
+
+        Raises:
+            Wrong: something in it is wrong, or its type stays open.
+        """
+        return settled(self._term(node, scope, place))
+
+    def carrier(self, node: s.Term, scope: Scope) -> Term:
+        """A set of values that a declaration names.
+
+        Raises:
+            Wrong: it is no set.
+        """
+        term = self._set(node, scope, "axiom")
+        return settled(term)
+
+    def binders(
+        self, declarations: Sequence[s.Declare], scope: Scope, place: Place
+    ) -> tuple[tuple[Binder, ...], Scope]:
+        """The bound variables that declarations introduce, and the scope inside.
+
+        Raises:
+            Wrong: a carrier is no set, or a name is declared twice.
+        """
+        inner = Scope(scope)
+        found: list[Binder] = []
+        for declaration in declarations:
+            carrier = settled(self._set(declaration.carrier, scope, place))
+            assert isinstance(carrier.type, SetType)
+            for name in declaration.names:
+                if inner.own(name.name) is not None:
+                    raise Wrong(messages.bound_twice(name.name, name.span))
+                unique = f"{name.name}%{next(self._fresh)}"
+                found.append(Binder(unique, carrier.type.element, carrier, name.name))
+                variable = Variable(type=carrier.type.element, name=unique, role="bound", span=name.span)
+                inner.add(name.name, VariableEntry(variable, name.span))
+        return tuple(found), inner
+
+    # --- predicates -------------------------------------------------------------------------------------------
+
+    def _predicate(self, node: s.Term, scope: Scope, place: Place) -> Term:
+        term = self._term(node, scope, place)
+        if term.type != BOOL:
+            raise Wrong(messages.no_predicate(str(term.type), node.span))
+        return term
+
+    def _chain(self, node: s.Chain, scope: Scope, place: Place) -> Term:
+        operands = [self._term(operand, scope, place) for operand in node.operands]
+        links = []
+        for i, relation in enumerate(node.relations):
+            span = node.operands[i].span.to(node.operands[i + 1].span)
+            links.append(self._related(relation, operands[i], operands[i + 1], span))
+        return core.conjunction(tuple(links), node.span)
+
+    def _related(self, relation: str, left: Term, right: Term, span: Span) -> Term:
+        if relation in ("notin", "not_equal"):
+            positive = self._related("in" if relation == "notin" else "equal", left, right, span)
+            return Apply(type=BOOL, operator="not", operands=(positive,), span=span)
+        if relation in ("greater", "at_least"):
+            return self._related("less" if relation == "greater" else "at_most", right, left, span)
+        if relation in ("less", "at_most"):
+            left, right = numbers(left, right, span)
+        elif relation == "in":
+            left, right = self._member(left, right, span)
+        elif relation in ("prefix", "suffix", "infix"):
+            left, right = alike(left, right, span)
+            must_be(left, SequenceType, "a sequence", span)
+        elif relation == "in_bag":
+            bag = must_be(right, BagType, "a bag", span)
+            assert isinstance(bag.type, BagType)
+            left = coerced(left, bag.type.element, span)
+        elif relation == "partition":
+            return partition(left, right, span)
+        else:
+            left, right = alike(left, right, span)
+            if relation in ("subset", "proper_subset"):
+                left, right = as_set(left, span), as_set(right, span)
+        return Apply(type=BOOL, operator=relation, operands=(left, right), span=span)
+
+    def _member(self, left: Term, right: Term, span: Span) -> tuple[Term, Term]:
+        right = as_set(right, span)
+        assert isinstance(right.type, SetType)
+        element = join(left.type, right.type.element)
+        if element is None:
+            raise Wrong(messages.types_differ(str(left.type), str(right.type.element), span, member=True))
+        try:
+            if isinstance(right.type.element, core.IntType) and element == REAL:
+                return fit(left, REAL), fit(right, SetType(REAL))
+            # A sequence in a set of functions, or a function in a set of relations: the element is coerced.
+            return fit(left, right.type.element if not unknown_in(right.type) else element), (
+                fit(right, SetType(element)) if unknown_in(right.type) else right
+            )
+        except Misfit as misfit:
+            raise Wrong(messages.types_differ(str(left.type), str(misfit.wanted), span, member=True)) from None
+
+    # --- all terms --------------------------------------------------------------------------------------------
+
+    def _term(self, node: s.Term, scope: Scope, place: Place) -> Term:
+        match node:
+            case s.Grouped():
+                return self._term(node.inner, scope, place)
+            case s.Reference():
+                return self._reference(node, scope, place)
+            case s.Number():
+                return Constant(type=INT if isinstance(node.value, int) else REAL, value=node.value, span=node.span)
+            case s.Truth():
+                return Constant(type=BOOL, value=node.value, span=node.span)
+            case s.Chain():
+                return self._chain(node, scope, place)
+            case s.Operator():
+                return self._operator(node, scope, place)
+            case s.Application():
+                return self._application(node, scope, place)
+            case s.Selection():
+                return self._selection(node, scope, place)
+            case s.Display():
+                return self._display(node, scope, place)
+            case s.BindingDisplay():
+                return self._record(node, scope, place)
+            case s.Binding():
+                return self._comprehension(node, scope, place)
+            case s.Quantified():
+                binders, inner = self.binders(node.declarations, scope, place)
+                condition = TRUE if node.condition is None else self._predicate(node.condition, inner, place)
+                body = self._predicate(node.body, inner, place)
+                return core.Quantifier(
+                    type=BOOL, kind=node.kind, binders=binders, condition=condition, body=body, span=node.span
+                )
+            case s.Conditional():
+                test = self._predicate(node.test, scope, place)
+                then = self._term(node.then, scope, place)
+                otherwise = self._term(node.otherwise, scope, place)
+                then, otherwise = alike(then, otherwise, node.span)
+                return core.If(type=then.type, test=test, then=then, otherwise=otherwise, span=node.span)
+            case s.Local():
+                inner = Scope(scope)
+                for name, value in node.definitions:
+                    inner.add(name.name, VariableEntry(self._term(value, scope, place), name.span))
+                return self._term(node.body, inner, place)
+        raise TypeError(f"not a term: {node!r}")
+
+    def _set(self, node: s.Term, scope: Scope, place: Place) -> Term:
+        return as_set(self._term(node, scope, place), node.span)
+
+    def _reference(self, node: s.Reference, scope: Scope, place: Place) -> Term:
+        if node.decoration in ("?", "!"):
+            return self._parameter(node, scope, place)
+        entry = scope.find(node.name)
+        if node.decoration == "'":
+            return self._primed(node, entry, scope, place)
+        match entry:
+            case StateEntry():
+                return Variable(type=entry.type, name=entry.name, role="before", span=node.span)
+            case ParameterEntry():
+                return Variable(type=entry.type, name=entry.name, role="simple", span=node.span)
+            case VariableEntry():
+                return replace(entry.term, span=node.span)
+            case SetEntry():
+                return replace(entry.term, span=node.span) if entry.term.span is None else entry.term
+            case ConstructorEntry(carrier=None):
+                return core.Construct(type=entry.type, constructor=entry.name, span=node.span)
+            case ConstructorEntry():
+                raise Wrong(messages.constructor_without_argument(entry.name, node.span))
+            case GenericEntry():
+                return self._instance(node, entry, scope)
+            case ClassEntry():
+                raise Wrong(messages.class_is_no_value(node.name, node.span, entry.span))
+            case AmbiguousEntry():
+                raise Wrong(messages.ambiguous_variable(node.name, entry.choices, node.span))
+            case FailedEntry():
+                raise Wrong(entry.diagnostic)
+        parameter = scope.parameter(node.name)
+        if parameter is not None:
+            decorated = node.name + ("?" if parameter.kind == "input" else "!")
+            raise Wrong(messages.parameter_without_decoration(node.name, decorated, node.span))
+        if node.name in FUNCTIONS:
+            raise Wrong(messages.function_without_argument(node.name, node.span))
+        raise Wrong(messages.unknown_name(node.name, node.span, suggestions(node.name, [*scope.names(), *FUNCTIONS])))
+
+    def _parameter(self, node: s.Reference, scope: Scope, place: Place) -> Term:
+        written = node.name + node.decoration
+        if place in ("initial", "invariant", "axiom", "record", "retrieve"):
+            raise Wrong(messages.parameter_out_of_place(written, place, node.span))
+        failed = scope.find(written)
+        if isinstance(failed, FailedEntry):
+            raise Wrong(failed.diagnostic)
+        entry = scope.parameter(node.name)
+        kind: core.ParameterKind = "input" if node.decoration == "?" else "output"
+        if entry is None or entry.kind != kind:
+            other = None if entry is None else node.name + ("?" if entry.kind == "input" else "!")
+            near = suggestions(written, scope.parameters()) if other is None else (other,)
+            if not near and scope.find(node.name) is not None:
+                near = (node.name,)
+            raise Wrong(messages.unknown_parameter(written, node.span, near))
+        if place == "guard" and kind == "output":
+            raise Wrong(messages.output_in_guard(written, node.span))
+        return Variable(type=entry.type, name=entry.name, role=kind, span=node.span)
+
+    def _primed(self, node: s.Reference, entry: object, scope: Scope, place: Place) -> Term:
+        written = node.name + "'"
+        if isinstance(entry, FailedEntry):
+            raise Wrong(entry.diagnostic)
+        if isinstance(entry, StateEntry):
+            if place != "effect":
+                raise Wrong(messages.prime_out_of_place(written, place, node.span))
+            return Variable(type=entry.type, name=entry.name, role="after", span=node.span)
+        if entry is None:
+            states = [name for name in scope.names() if isinstance(scope.find(name), StateEntry)]
+            raise Wrong(messages.unknown_name(written, node.span, [n + "'" for n in suggestions(node.name, states)]))
+        raise Wrong(messages.prime_on_no_state(written, node.span))
+
+    def _instance(self, node: s.Reference, entry: GenericEntry, scope: Scope) -> Term:
+        wanted = entry.abbreviation.generics
+        if len(wanted) != len(node.arguments):
+            raise Wrong(messages.generic_arguments(node.name, len(wanted), len(node.arguments), node.span))
+        arguments = tuple([self.carrier(argument, scope) for argument in node.arguments])
+        key = (id(entry.abbreviation), arguments)
+        if key not in self._instances:
+            inner = Scope(entry.scope)
+            for name, argument in zip(wanted, arguments, strict=True):
+                inner.add(name.name, SetEntry(argument, name.span))
+            self._instances[key] = self.expression(entry.abbreviation.body, inner, "axiom")
+        return self._instances[key]
+
+    # --- operators --------------------------------------------------------------------------------------------
+
+    def _operator(self, node: s.Operator, scope: Scope, place: Place) -> Term:
+        name, span = node.name, node.span
+        if name in ("and", "or"):
+            operands = [self._predicate(operand, scope, place) for operand in _row(node, name)]
+            return Apply(type=BOOL, operator=name, operands=tuple(operands), span=span)
+        if name in ("not", "implies", "iff"):
+            predicates = tuple([self._predicate(operand, scope, place) for operand in node.operands])
+            return Apply(type=BOOL, operator=name, operands=predicates, span=span)
+        if name == "cross":
+            sets = tuple([self._set(operand, scope, place) for operand in _row(node, name)])
+            items = tuple([element_of(operand) for operand in sets])
+            return Apply(type=SetType(TupleType(items)), operator="cross", operands=sets, span=span)
+        operands = [self._term(operand, scope, place) for operand in node.operands]
+        rule = RULES.get(name)
+        if rule is None:
+            raise Wrong(messages.no_operator_here(name, span))
+        return rule(name, operands, span)
+
+    # --- relations and functions ------------------------------------------------------------------------------
+
+    # --- application ------------------------------------------------------------------------------------------
+
+    def _application(self, node: s.Application, scope: Scope, place: Place) -> Term:
+        function = node.function
+        while isinstance(function, s.Grouped):
+            function = function.inner
+        if isinstance(function, s.Reference) and function.decoration == "":
+            entry = scope.find(function.name)
+            if isinstance(entry, ConstructorEntry):
+                if entry.carrier is None:
+                    raise Wrong(messages.constructor_with_argument(entry.name, node.span))
+                argument = coerced(self._term(node.argument, scope, place), element_of(entry.carrier), node.span)
+                return core.Construct(type=entry.type, constructor=entry.name, argument=argument, span=node.span)
+            if entry is None and function.name in FUNCTIONS:
+                return toolkit_function(function.name, self._term(node.argument, scope, place), node.span)
+        applied = self._term(function, scope, place)
+        argument = self._term(node.argument, scope, place)
+        match applied.type:
+            case FunctionType(domain, range_):
+                argument = coerced(argument, domain, node.span)
+            case SequenceType(range_):
+                argument = coerced(argument, INT, node.span)
+            case BagType(element):
+                range_ = INT
+                argument = coerced(argument, element, node.span)
+            case SetType(TupleType((domain, range_))):
+                # A relation may be applied where it relates its argument to exactly one value.
+                argument = coerced(argument, domain, node.span)
+                applied = as_function(applied, node.span)
+            case _:
+                raise Wrong(messages.not_applicable(str(applied.type), node.function.span))
+        return Apply(type=range_, operator="apply", operands=(applied, argument), span=node.span)
+
+    def _selection(self, node: s.Selection, scope: Scope, place: Place) -> Term:
+        qualified = self._qualified(node, scope)
+        if qualified is not None:
+            return qualified
+        record = self._term(node.record, scope, place)
+        if node.field == "INIT" or node.field == "init":
+            if not isinstance(record.type, RecordType):
+                raise Wrong(messages.init_of_no_record(str(record.type), node.span))
+            if self._records[record.type.name].initial is None:
+                raise Wrong(messages.record_without_init(record.type.name, node.span))
+            return Apply(type=BOOL, operator="init", operands=(record,), span=node.span)
+        if not isinstance(record.type, RecordType):
+            raise Wrong(messages.field_of_no_record(node.field, str(record.type), node.span))
+        for name, type_ in record.type.fields:
+            if name == node.field:
+                return core.Field(type=type_, record=record, name=name, span=node.span)
+        names = [name for name, _ in record.type.fields]
+        raise Wrong(messages.no_such_field(node.field, record.type.name, node.span, suggestions(node.field, names)))
+
+    def _qualified(self, node: s.Selection, scope: Scope) -> Term | None:
+        """``A.items`` in a retrieve relation: a state variable of the class A."""
+        record = node.record
+        if not isinstance(record, s.Reference) or not isinstance(scope.find(record.name), ClassEntry):
+            return None
+        entry = scope.find(f"{record.name}.{node.field}")
+        return replace(entry.term, span=node.span) if isinstance(entry, VariableEntry) else None
+
+    # --- displays and comprehensions --------------------------------------------------------------------------
+
+    def _display(self, node: s.Display, scope: Scope, place: Place) -> Term:
+        items = [self._term(item, scope, place) for item in node.items]
+        if node.kind == "tuple":
+            made: Type = TupleType(tuple([item.type for item in items]))
+            return Apply(type=made, operator="tuple", operands=tuple(items), span=node.span)
+        element = UNKNOWN
+        for i, item in enumerate(items):
+            joined = join(element, item.type)
+            if joined is None:
+                raise Wrong(messages.types_differ(str(element), str(item.type), node.items[i].span))
+            element = joined
+        fitted = tuple([coerced(item, element, node.span) for item in items])
+        forms: dict[str, tuple[str, type[SetType] | type[SequenceType] | type[BagType]]] = {
+            "set": ("set", SetType),
+            "sequence": ("sequence", SequenceType),
+            "bag": ("bag_display", BagType),
+        }
+        operator, form = forms[node.kind]
+        made = form(element)
+        return Apply(type=made, operator=operator, operands=fitted, span=node.span)
+
+    def _record(self, node: s.BindingDisplay, scope: Scope, place: Place) -> Term:
+        given = {name.name: self._term(value, scope, place) for name, value in node.fields}
+        fitting = [r for r in self._records.values() if {f.name for f in r.fields} == set(given)]
+        for definition in fitting:
+            try:
+                values = tuple([fit(given[f.name], f.type) for f in definition.fields])
+            except Misfit:
+                continue
+            type_ = RecordType(definition.name, tuple([(f.name, f.type) for f in definition.fields]))
+            return core.Record(type=type_, values=values, span=node.span)
+        raise Wrong(messages.no_such_record(list(given), [r.name for r in self._records.values()], node.span))
+
+    def _comprehension(self, node: s.Binding, scope: Scope, place: Place) -> Term:
+        binders, inner = self.binders(node.declarations, scope, place)
+        condition = TRUE if node.condition is None else self._predicate(node.condition, inner, place)
+        variables = tuple([Variable(type=b.type, name=b.name, role="bound", span=node.span) for b in binders])
+        tuple_ = TupleType(tuple([b.type for b in binders])) if len(binders) > 1 else None
+        characteristic: Term = (
+            variables[0] if tuple_ is None else Apply(type=tuple_, operator="tuple", operands=variables, span=node.span)
+        )
+        body = characteristic if node.body is None else self._term(node.body, inner, place)
+        made: Type
+        if node.kind == "set":
+            interval = _interval(binders, condition, body)
+            if interval is not None:
+                return replace(interval, span=node.span)
+            made = SetType(body.type)
+        elif node.kind == "lambda":
+            if node.body is None:
+                raise Wrong(messages.lambda_without_body(node.span))
+            made = FunctionType(characteristic.type, body.type)
+        else:
+            made = body.type
+        return core.Comprehension(
+            type=made, kind=node.kind, binders=binders, condition=condition, body=body, span=node.span
+        )
+
+    # --- types that must fit ----------------------------------------------------------------------------------
+
+
+def _row(node: s.Operator, name: str) -> list[s.Term]:
+    """The operands of a chain of one operator, from left to right, however long."""
+    found: list[s.Term] = []
+    stack: list[s.Term] = [node]
+    while stack:
+        term = stack.pop()
+        if isinstance(term, s.Operator) and term.name == name:
+            stack.extend(reversed(term.operands))
+        else:
+            found.append(term)
+    return found
+
+
+def _interval(binders: tuple[Binder, ...], condition: Term, body: Term) -> Term | None:
+    """``{x : nat | a <= x <= b}`` as ``a..b``: a set that can be enumerated, and read.
+
+    Only where the bounds are numbers written out.
+    """
+    if len(binders) != 1 or not isinstance(body, Variable) or body.name != binders[0].name:
+        return None
+    carrier = binders[0].carrier
+    if not isinstance(carrier, Apply) or carrier.operator not in ("Int", "Nat", "Nat1"):
+        return None
+    least = {"Int": None, "Nat": 0, "Nat1": 1}[carrier.operator]
+    greatest: int | None = None
+    conjuncts = condition.operands if isinstance(condition, Apply) and condition.operator == "and" else (condition,)
+    flat = [c for part in conjuncts for c in (part.operands if _is_and(part) else (part,))]  # type: ignore[attr-defined]
+    for part in flat:
+        match part:
+            case Apply(operator="at_most" | "less" as op, operands=(Constant(value=int() as low), Variable(name=name))):
+                if name != body.name:
+                    return None
+                low += op == "less"
+                least = low if least is None else max(least, low)
+            case Apply(
+                operator="at_most" | "less" as op, operands=(Variable(name=name), Constant(value=int() as high))
+            ):
+                if name != body.name:
+                    return None
+                high -= op == "less"
+                greatest = high if greatest is None else min(greatest, high)
+            case _:
+                return None
+    if least is None or greatest is None:
+        return None
+    ends = (Constant(type=INT, value=least), Constant(type=INT, value=greatest))
+    return Apply(type=SetType(INT), operator="range", operands=ends)
+
+
+def _is_and(term: Term) -> bool:
+    return isinstance(term, Apply) and term.operator == "and"
+
+
+def settled(term: Term) -> Term:
+    """*term*, of which every part has a type.
+
+    Raises:
+        Wrong: an empty collection has none.
+    """
+    stack = [term]
+    while stack:
+        part = stack.pop()
+        if unknown_in(part.type):
+            raise Wrong(messages.open_type(part.span or term.span))
+        stack.extend(core.parts(part))
+    return term

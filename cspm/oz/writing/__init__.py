@@ -1,0 +1,1 @@
+"""From the tree of Object-Z paragraphs to text, LaTeX and plain CSPm."""

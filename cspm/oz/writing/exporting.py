@@ -1,0 +1,351 @@
+"""Scripts with classes as plain CSPm, for FDR and for whoever wants to see what a class means.
+
+The data part of a class becomes one named process for each of its states (Fischer and Wehrheim 1999): outputs are
+chosen before an event, after-states behind it. Which states there are is found by exploring the class. The process
+equations stay as they are written, beside the data on the events of both; types, channels and constants become what
+their finite readings say. Names of members are written with an underscore: ``Producer::make`` becomes
+``Producer_make``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import fields, replace
+from typing import Any, TypeVar
+
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.evaluator.core import Evaluator
+from cspcheck.cspm.evaluator.frames import Frame
+from cspcheck.cspm.naming.symbols import Symbol
+from cspcheck.cspm.oz.processes import messages as messages
+from cspcheck.cspm.oz.processes.evaluating import Composition, shared_channels
+from cspcheck.cspm.oz.processes.meaning import DataPart
+from cspcheck.cspm.oz.processes.nodes import CarrierSet, ClassModule, ClassProcess, ConstantValue
+from cspcheck.cspm.printing.printer import print_assertion, print_expression
+from cspcheck.cspm.process import terms as process
+from cspcheck.cspm.process.events import EventSet
+from cspcheck.cspm.process.terms import Process, Reference
+from cspcheck.cspm.script import Script
+from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.syntax.tree import Declaration, Expr, Name, Node
+from cspcheck.cspm.values.dots import Dotted
+from cspcheck.cspm.values.order import in_order
+from cspcheck.cspm.values.sets import Set
+from cspcheck.cspm.values.values import Boolean, Map, Real, Sequence as Items
+
+N = TypeVar("N", bound=Node)
+
+
+def plain(script: Script, explore: Callable[[Process], str | None], *, title: str) -> str:
+    """The script without classes.
+
+    Args:
+        script: a freshly loaded script.
+        explore: visits all states of a process, and gives what it demands outside its finite readings, if anything.
+        title: what the script is called, for the comment at the top.
+
+    Raises:
+        ScriptError: a class cannot be explored, or leaves its finite readings.
+    """
+    return _Export(script, explore).text(title)
+
+
+class _Export:
+    def __init__(self, script: Script, explore: Callable[[Process], str | None]) -> None:
+        self.script = script
+        self.names = script.names
+        self.explore = explore
+        self.evaluator: Evaluator = script.evaluator
+        self.frame: Frame = script.outermost
+        self.reals: dict[Real, str] = {}
+
+    def text(self, title: str) -> str:
+        chunks: list[str] = []
+        for declaration in self.script.tree.declarations:
+            chunks.extend(self._declaration(declaration))
+        assertions = [self._assertion(assertion) for assertion in self.script.assertions]
+        head = [f"-- {title} as plain CSPm, written by `cspcheck cspm`."]
+        owners = [m.name for m in self._modules()]
+        assert self.script.classes is not None
+        used = self.script.classes.context.used([None, *owners])
+        head += [f"-- Finite readings: {'; '.join(used)}."] if used else []
+        if self.script.classes.context.control:
+            head.append("-- The control view: data dropped.")
+        if self.reals:
+            values = " | ".join(self.reals.values())
+            chunks.insert(0, f"datatype Real_ = {values}")
+        return "\n\n".join(["\n".join(head), *chunks, *assertions]) + "\n"
+
+    def _modules(self) -> list[ClassModule]:
+        return [d for d in self.script.tree.declarations if isinstance(d, ClassModule)]
+
+    # --- declarations --------------------------------------------------------------------------------------------
+
+    def _declaration(self, declaration: Declaration) -> Iterator[str]:
+        match declaration:
+            case ClassModule():
+                yield from self._class(declaration)
+            case syntax.AssertDeclaration():
+                return  # at the end, with what is expected of them
+            case syntax.DatatypeDeclaration(constructors=()):
+                return  # of a given set without a reading
+            case syntax.PatternDefinition(body=CarrierSet() as body, pattern=syntax.NamePattern() as pattern):
+                found = self._value(body)
+                if isinstance(found, Set) and found.is_finite():
+                    yield f"{pattern.text} = {self._literal(found)}"
+            case syntax.IncludeDeclaration():
+                for inner in declaration.declarations:
+                    yield from self._declaration(inner)
+            case _:
+                yield self._printed(declaration)
+
+    def _printed(self, node: Declaration | Expr) -> str:
+        return print_expression(self._plain(node))
+
+    def _assertion(self, assertion: Any) -> str:
+        expected = "" if assertion.expected is None else f"-- expect: {assertion.expected}\n"
+        return f"{expected}assert {print_assertion(self._plain(assertion.node))}"
+
+    # --- trees ---------------------------------------------------------------------------------------------------
+
+    def _plain(self, node: N) -> N:
+        """The tree without what only classes bring, members called by their plain names."""
+        found: Any = node
+        match node:
+            case Name():
+                symbol = self.names.find(node)
+                found = replace(node, parts=(self._called(symbol, node.text),))
+            case syntax.NamePattern():
+                symbol = self.names.find(node)
+                found = replace(node, parts=(self._called(symbol, node.text),))
+            case syntax.NameDeclaration():
+                symbol = self.names.find(node)
+                found = replace(node, name=self._called(symbol, node.name))
+            case syntax.FunctionDefinition():
+                symbol = self.names.find(node)
+                clauses = tuple([self._plain(clause) for clause in node.clauses])
+                found = replace(node, name=self._called(symbol, node.name), clauses=clauses)
+            case CarrierSet() | ConstantValue():
+                found = _parsed(self._literal(self._value(node)))
+            case syntax.ClassParallel():
+                shared = [self._channel_name(symbol) for symbol in shared_channels(self.names, node)]
+                events = syntax.Productions(
+                    span=node.span, items=tuple([Name(span=node.span, parts=(name,)) for name in sorted(shared)])
+                )
+                left, right = self._plain(node.left), self._plain(node.right)
+                joined = syntax.Synchronised(span=node.span, operator="[|", left=left, events=events, right=right)
+                found = syntax.Paren(span=node.span, inner=joined)
+            case _:
+                changes: dict[str, Any] = {}
+                for f in fields(node):
+                    if f.name != "span":
+                        value = getattr(node, f.name)
+                        new = self._plain_value(value)
+                        if new is not value:
+                            changes[f.name] = new
+                found = replace(node, **changes) if changes else node
+        result: N = found
+        return result
+
+    def _plain_value(self, value: Any) -> Any:
+        if isinstance(value, Node):
+            return self._plain(value)
+        if isinstance(value, tuple):
+            items = tuple([self._plain_value(item) for item in value])
+            return items if any(a is not b for a, b in zip(items, value, strict=True)) else value
+        return value
+
+    def _called(self, symbol: Symbol | None, text: str) -> str:
+        """What a name is called outside of classes."""
+        if symbol is None or symbol.is_local:
+            return text
+        path: list[str] = []
+        owner = symbol.owner
+        while owner is not None:
+            declaration = owner.declaration
+            if not isinstance(declaration, syntax.ModuleDeclaration):
+                break
+            if not isinstance(declaration, ClassModule) and "%" not in declaration.name:
+                return text
+            path.insert(0, declaration.name.partition("%")[0])
+            owner = owner.owner
+        return "_".join([*path, symbol.name.strip("()")]) if path else text
+
+    def _channel_name(self, symbol: Symbol) -> str:
+        return self._called(symbol, symbol.name)
+
+    # --- values --------------------------------------------------------------------------------------------------
+
+    def _value(self, node: CarrierSet | ConstantValue) -> Any:
+        return self.evaluator.run(lambda: self.evaluator.value(node, self.frame)(()), node.span)
+
+    def _literal(self, value: Any) -> str:
+        """A value as every tool reads it."""
+        match value:
+            case Boolean():
+                return "true" if value.truth else "false"
+            case int():
+                return str(value) if value >= 0 else f"({value})"
+            case Real():
+                return self.reals.setdefault(value, _real_name(value))
+            case tuple():
+                return f"({', '.join(map(self._literal, value))})"
+            case Items():
+                return f"<{', '.join(map(self._literal, value.values()))}>"
+            case Map():
+                pairs = [f"{self._literal(k)} => {self._literal(value.entries[k])}" for k in in_order(value.entries)]
+                return f"(| {', '.join(pairs)} |)"
+            case Dotted():
+                return ".".join([value.head.name, *map(self._literal, value.fields)])
+            case Set():
+                if not value.is_finite():
+                    value.finite()  # tells what is infinite
+                items = value.elements()
+                if len(items) > 2 and all(type(i) is int for i in items) and items[-1] - items[0] == len(items) - 1:
+                    return f"{{{self._literal(items[0])}..{self._literal(items[-1])}}}"
+                return "{" + ", ".join(map(self._literal, items)) + "}"
+        return str(value)
+
+    def _event(self, number: int) -> str:
+        head, values = self.evaluator.channels.event(number).parts
+        name = head.name.replace("::", "_").replace("(", "").replace(")", "")
+        return ".".join([name, *map(self._literal, values)])
+
+    def _events(self, events: EventSet) -> str:
+        """A set of events: whole channels by their names where that is possible."""
+        found: list[str] = []
+        rest = events
+        for channel in self.script.events.channels:
+            if channel.size:
+                whole = EventSet(((channel.base, channel.base + channel.size),))
+                if whole <= rest:
+                    found.append(channel.name.replace("::", "_").replace("(", "").replace(")", ""))
+                    rest = rest - whole
+        found += [self._event(number) for number in rest]
+        return "{| " + ", ".join(found) + " |}" if found else "{}"
+
+    # --- classes -------------------------------------------------------------------------------------------------
+
+    def _class(self, module: ClassModule) -> Iterator[str]:
+        name = module.name
+        visible = Name(span=module.span, parts=(name, "visible"))
+        node = _process_of(module)
+        composition = Composition(self.evaluator, node, self.frame)
+        for declaration in (*module.private, *module.exported):
+            match declaration:
+                case syntax.ChannelDeclaration() if declaration.names[0].name == node.done.text:
+                    if composition.terminates:
+                        yield self._printed(declaration)
+                case syntax.ModuleDeclaration():
+                    for equation in declaration.exported:
+                        yield self._printed(equation)
+                case syntax.PatternDefinition(pattern=syntax.NamePattern(parts=("visible",))):
+                    body = self._composed(name, visible, node, composition)
+                    if isinstance(declaration.body, syntax.Hide):
+                        hidden = self._plain(declaration.body.events)
+                        body = [*body[:-1], f"({body[-1]}) \\ {print_expression(hidden)}"]
+                    yield from body[:-1]
+                    yield f"{name}_visible = {body[-1]}"
+                case _:
+                    yield self._printed(declaration)
+
+    def _composed(self, name: str, visible: Name, node: ClassProcess, composition: Composition) -> list[str]:
+        """The processes that a class is made of; the last is the expression for the whole."""
+        context = node.context
+        mains = [print_expression(self._plain(main)) for main in node.mains]
+        control = ""
+        known: set[str] = set()
+        for main, mentioned in zip(mains, composition.mentioned, strict=True):
+            if control:
+                common = self._events(composition.events.all([c for c in mentioned if c in known]))
+                control = f"({control} [| {common} |] {main})"
+            else:
+                control = main
+            known.update(mentioned)
+        operations = list(node.model.operations)
+        chunks: list[str] = []
+        done = f"{name}_done"
+        if context.control:
+            free = composition.events.all([o for o in operations if o not in known])
+            if not control:
+                return [f"RUN({self._events(free)})" if free else "STOP"]
+            if not free:
+                return [control]
+            data, shared = f"RUN({self._events(free)})", EventSet()
+            if composition.terminates:
+                data = f"({data} /\\ {done} -> SKIP)"
+        elif not operations:
+            return [control or "STOP"]
+        else:
+            term = self.script.process(f"{name}::visible")
+            left = self.explore(term)
+            if left is not None:
+                raise ScriptError(messages.export_leaves(name, left, node.model.span))
+            chunks += self._data(name, context.parts[name])
+            data = f"{name}_data"
+            if not control:
+                return [*chunks, data]
+            shared = composition.events.all([o for o in operations if o in known])
+        if not composition.terminates:
+            return [*chunks, f"{control} [| {self._events(shared)} |] {data}"]
+        both = self._events(shared)
+        both = f"union({both}, {{{done}}})" if shared else f"{{{done}}}"
+        return [*chunks, f"(({control} ; {done} -> SKIP) [| {both} |] {data}) \\ {{{done}}}"]
+
+    def _data(self, name: str, part: DataPart) -> list[str]:
+        """A process for each state of the data that the class gets into, and the choice of the first."""
+        numbers = {state: number for number, state in enumerate(part.visited)}
+        lines: list[str] = []
+        for state, number in numbers.items():
+            lines.append(f"-- {part.text(state)}")
+            lines.append(f"{name}_{number} = {self._term(name, part.term(state), numbers)}")
+        first = self._choice(name, part.initial(), numbers)
+        return [f"{name}_data = {first}", "\n".join(lines)]
+
+    def _term(self, name: str, term: Process, numbers: dict[Any, int]) -> str:
+        match term:
+            case process.ExternalChoice():
+                return " [] ".join(f"({self._term(name, operand, numbers)})" for operand in term.operands)
+            case process.InternalChoice():
+                return " |~| ".join(f"({self._term(name, operand, numbers)})" for operand in term.operands)
+            case process.Prefix():
+                found = [f"{self._event(e)} -> {self._choice(name, after, numbers)}" for e, after in term.branches]
+                return " [] ".join(found) if len(found) == 1 else " [] ".join(f"({branch})" for branch in found)
+            case process.Diverge():
+                return "DIV"
+            case process.Skip():
+                return "SKIP"
+        return "STOP"
+
+    def _choice(self, name: str, term: Process, numbers: dict[Any, int]) -> str:
+        if isinstance(term, Reference):
+            key: Any = term.key
+            # What the class never gets into, or what lies beyond its readings, is reached by no event that it performs.
+            return f"{name}_{numbers[key[1]]}" if key[1] in numbers else "STOP"
+        if isinstance(term, process.InternalChoice):
+            return "(" + " |~| ".join(self._choice(name, operand, numbers) for operand in term.operands) + ")"
+        return self._term(name, term, numbers)
+
+
+def _process_of(module: ClassModule) -> ClassProcess:
+    for declaration in module.exported:
+        if isinstance(declaration, syntax.PatternDefinition):
+            body = declaration.body
+            while isinstance(body, syntax.Hide):
+                body = body.process
+            if isinstance(body, ClassProcess):
+                return body
+    raise AssertionError(module.name)
+
+
+def _parsed(text: str) -> Expr:
+    from cspcheck.cspm.parsing.reading import parse_expression
+
+    return parse_expression(text)
+
+
+def _real_name(value: Real) -> str:
+    text = str(value)
+    for sign, word in (("-", "minus_"), (".", "_point_"), ("/", "_over_")):
+        text = text.replace(sign, word)
+    return f"real_{text}"

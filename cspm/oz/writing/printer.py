@@ -1,0 +1,273 @@
+"""From Object-Z paragraphs back to the text notation; terms are printed by
+:mod:`cspcheck.cspm.oz.writing.printer_terms`.
+
+What the parser makes of the text is the same tree. The sections of a class come in the order of the source, of a tree
+that was made otherwise in the usual one. In ASCII each operator has the first of its spellings; with *symbols* the
+mathematical one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
+from typing import Final
+
+from cspcheck.cspm.oz import syntax as z
+from cspcheck.cspm.oz.writing.printer_terms import ANYWHERE, Place, Terms, bracketed, enclosed, names
+from cspcheck.cspm.printing.layout import HARD, LINE, WIDTH, Doc, cat, group, join, lay_out, nest, width
+from cspcheck.cspm.recursion import deep_recursion
+from cspcheck.cspm.syntax import tree as s
+
+OPERATION_LEVELS: Final = {"enrich": 1, "parallel": 2, "choice": 3, "and": 4, "compose": 5, "hide": 6}
+_OPERATION_SIGNS: Final = {
+    "enrich": ("@", "•"),
+    "parallel": ("||", "∥"),
+    "choice": ("[]", "□"),
+    "and": ("and", "∧"),
+    "compose": (";", ";"),
+    "hide": ("\\", "∖"),
+}
+
+
+class Paragraphs(Terms):
+    """Prints paragraphs and the sections of classes."""
+
+    def paragraph(self, node: s.Paragraph, equations: Sequence[Doc] = ()) -> Doc:
+        """The document of a paragraph; *equations* are those of the equations of a class, in their order."""
+        match node:
+            case z.GivenTypes():
+                return f"given {names(node.names)}"
+            case z.FreeType():
+                branches = [self._branch(branch) for branch in node.branches]
+                broken = any(self.broken(*two) for two in zip(node.branches, node.branches[1:], strict=False))
+                return group(f"{node.name} ::=", nest(cat(LINE, join(cat(LINE, "| "), branches))), broken=broken)
+            case z.Abbreviation():
+                generics = f"[{names(node.generics)}]" if node.generics else ""
+                return group(f"{node.name}{generics} == ", nest(self.term(node.body)))
+            case z.Axiom():
+                return self.axiom(node, closed=bool(node.predicates))
+            case z.Schema():
+                return self._schema(node)
+            case z.Reading():
+                subject = self.term(node.subject, Place(7, "="))
+                return cat("reading ", subject, " = ", self.term(node.carrier))
+            case z.View():
+                return f"view {node.kind}"
+            case z.Retrieve():
+                head = f"retrieve {node.name} between {node.abstract.name} and {node.concrete.name} where"
+                return cat(head, self._lines(map(self.term, node.predicates)), HARD, "end")
+            case z.Class():
+                return self._class(node, equations)
+        raise AssertionError(node)
+
+    def _branch(self, node: z.Branch) -> Doc:
+        if node.argument is None:
+            return node.name
+        opening, closing = ("⟪", "⟫") if self.symbols else ("<<", ">>")
+        return cat(node.name, opening, self.term(node.argument), closing)
+
+    def _lines(self, docs: Iterable[Doc]) -> Doc:
+        return nest(cat(*[part for doc in docs for part in (HARD, doc)]))
+
+    def _where(self, predicates: Sequence[z.Term]) -> Doc:
+        return cat(HARD, "where", self._lines(map(self.term, predicates))) if predicates else ""
+
+    def axiom(self, node: z.Axiom, *, closed: bool) -> Doc:
+        """Constants with their axioms; *closed* puts an ``end`` behind."""
+        declarations = [self.declare(declaration) for declaration in node.declarations]
+        end = " end" if closed else ""
+        if len(declarations) == 1 and len(node.predicates) < 2 and not self._in_lines(node):
+            line = cat("const ", declarations[0])
+            for predicate in node.predicates:
+                line = cat(line, " where ", self.term(predicate), end)
+            if width(line) <= WIDTH - 12:
+                return line
+        lines = cat("const ", declarations[0]) if len(declarations) == 1 else cat("const", self._lines(declarations))
+        return cat(lines, self._where(node.predicates), cat(HARD, "end") if closed else "")
+
+    def _in_lines(self, node: z.Axiom | z.OperationSchema) -> bool:
+        """Whether the source has the predicate of a short section on a line of its own."""
+        if not self.from_source or not node.predicates:
+            return False
+        return "\n" in node.span.source.text[node.span.start : node.predicates[0].span.start]
+
+    def _schema(self, node: z.Schema) -> Doc:
+        initial: Doc = ""
+        if node.initial is not None:
+            initial = cat(HARD, "init", self._lines(map(self.term, node.initial)))
+        declarations = self._lines(map(self.declare, node.declarations))
+        return cat(f"schema {node.name}", declarations, self._where(node.predicates), initial, HARD, "end")
+
+    # --- classes ---------------------------------------------------------------------------------------------
+
+    def _class(self, node: z.Class, equations: Sequence[Doc]) -> Doc:
+        generics = f"[{names(node.generics)}]" if node.generics else ""
+        sections = self._sections(node, equations)
+        parts: list[Doc] = []
+        for number, (section, doc) in enumerate(sections):
+            large = isinstance(section, z.State | z.Initial | z.OperationSchema | z.OperationDefinition)
+            if large and number and not self.from_source:
+                parts.append(HARD)
+            parts += [HARD, doc]
+        return cat(f"class {node.name}{generics}", nest(cat(*parts)), HARD, "end")
+
+    def _sections(self, node: z.Class, equations: Sequence[Doc]) -> list[tuple[s.Node | None, Doc]]:
+        """The sections with their documents, in order."""
+        found: list[tuple[s.Node, Callable[[], Doc]]] = []
+        if node.visibility is not None:
+            visible = node.visibility
+            place: s.Node = visible[0] if visible else s.NameDeclaration(span=node.span, name="")
+            found.append((place, lambda: f"visible {names(visible)}" if visible else "visible ()"))
+        found += [(parents[0], partial(self._inherits, parents)) for parents in self._inherit_lines(node)]
+        found += [(section, partial(self._interface, section)) for section in node.interface]
+        found += [(equation, partial(cat, doc)) for equation, doc in zip(node.equations, equations, strict=True)]
+        found += [(section, partial(self._local_paragraph, section)) for section in node.paragraphs]
+        if node.state is not None:
+            found.append((node.state, partial(self._state, node.state)))
+        if node.initial is not None:
+            found.append((node.initial, partial(self._initial, node.initial)))
+        found += [(section, partial(self._operation, section)) for section in node.operations]
+        source = node.span.source
+        found.sort(key=lambda item: item[0].span.start if item[0].span.source is source else node.span.start)
+        sections: list[tuple[s.Node | None, Doc]] = []
+        for number, (section, make) in enumerate(found):
+            doc = make()
+            following = found[number + 1][0] if number + 1 < len(found) else None
+            if following in node.equations and self._open_ended(section) and not _is_main(following):
+                doc = cat(doc, HARD, "end")
+            sections.append((section, doc))
+        return sections
+
+    def _inherit_lines(self, node: z.Class) -> list[list[z.Inherit]]:
+        """The inherited classes, with those together that stand behind one ``inherit`` in the source."""
+        lines: list[list[z.Inherit]] = []
+        for parent in node.inherits:
+            if self.from_source and lines and "inherit" not in _between(lines[-1][-1], parent):
+                lines[-1].append(parent)
+            else:
+                lines.append([parent])
+        return lines
+
+    def _inherits(self, parents: Sequence[z.Inherit]) -> Doc:
+        docs: list[Doc] = []
+        for parent in parents:
+            doc: Doc = parent.name
+            if parent.arguments:
+                doc = cat(doc, enclosed("[", [self.term(argument) for argument in parent.arguments], "]"))
+            if parent.renamings:
+                renamings = [f"{new.name}/{old.name}" for new, old in parent.renamings]
+                doc = cat(doc, enclosed("[", renamings, "]"))
+            docs.append(doc)
+        return cat("inherit ", join(", ", docs))
+
+    def _interface(self, node: z.Interface) -> Doc:
+        head = f"{node.kind} {names(node.names)}"
+        if not node.parameters:
+            return head
+        return group(head, " : [", nest(self.bound(node.parameters, ANYWHERE), 4), "]")
+
+    def _local_paragraph(self, node: s.Paragraph) -> Doc:
+        return self.axiom(node, closed=False) if isinstance(node, z.Axiom) else self.paragraph(node)
+
+    def _state(self, node: z.State) -> Doc:
+        parts: list[Doc] = ["state", self._lines(map(self.declare, node.primary))]
+        if node.secondary:
+            parts += [HARD, self.sign("Delta", "Δ"), self._lines(map(self.declare, node.secondary))]
+        return cat(*parts, self._where(node.predicates))
+
+    def _initial(self, node: z.Initial) -> Doc:
+        return cat("init", self._lines(map(self.term, node.predicates)))
+
+    # --- operations ------------------------------------------------------------------------------------------
+
+    def _operation(self, node: z.OperationSchema | z.OperationDefinition) -> Doc:
+        if isinstance(node, z.OperationDefinition):
+            return group(f"op {node.name} = ", nest(self.operations(node.body, 0)))
+        delta: list[Doc] = []
+        if node.delta is not None:
+            delta = [cat(self.sign("Delta", "Δ"), "(", names(node.delta), ")")]
+        if self._is_horizontal(node):
+            return self._horizontal(node, delta)
+        if not delta and not node.declarations and len(node.predicates) == 1 and not self._in_lines(node):
+            line = cat(f"op {node.name} where ", self.term(node.predicates[0]))
+            if width(line) <= WIDTH - 12:
+                return line
+        lines = self._lines([*delta, *map(self.declare, node.declarations)])
+        return cat(f"op {node.name}", lines, self._where(node.predicates))
+
+    def _open_ended(self, section: s.Node) -> bool:
+        """Whether lines that follow a section would be read as part of it."""
+        match section:
+            case z.Axiom():
+                return bool(section.predicates)
+            case z.OperationSchema():
+                return not self._is_horizontal(section)
+        return isinstance(section, z.State | z.Initial)
+
+    def _is_horizontal(self, node: z.OperationSchema) -> bool:
+        return self.from_source and node.span.text[len("op") :].lstrip()[len(node.name) :].lstrip().startswith("=")
+
+    def _horizontal(self, node: z.OperationSchema, delta: Sequence[Doc]) -> Doc:
+        last = Place(follow="|" if node.predicates else "")
+        declarations = [
+            self.declare(declaration, last if declaration is node.declarations[-1] else Place(follow=";"))
+            for declaration in node.declarations
+        ]
+        predicates = [
+            self.term(predicate, ANYWHERE if predicate is node.predicates[-1] else Place(follow=";"))
+            for predicate in node.predicates
+        ]
+        parts: list[Doc] = [join(cat(";", LINE), [*delta, *declarations])]
+        if predicates:
+            # A single list without declarations needs no bar.
+            if delta or declarations:
+                parts.append(cat(" |", LINE))
+            parts.append(join(cat(";", LINE), predicates))
+        return group(f"op {node.name} = [", nest(cat(*parts)), "]")
+
+    def operations(self, node: z.Term, least: int = 0) -> Doc:
+        """An expression over operations whose operators bind at least as tightly as *least*."""
+        match node:
+            case z.Grouped():
+                return bracketed(self.operations(node.inner, 0))
+            case z.Operator(name=name, operands=(left, right)) if name in OPERATION_LEVELS:
+                level = OPERATION_LEVELS[name]
+                sign = self.sign(*_OPERATION_SIGNS[name])
+                if name == "compose" and self.from_source and ";" not in _between(left, right):
+                    sign = "comp"
+                first = self.operations(left, level)
+                second = self._hidden(right) if name == "hide" else self.operations(right, level + 1)
+                doc = cat(first, " ", sign, LINE, second)
+                return bracketed(doc) if level < least else doc
+        return self.term(node)
+
+    def _hidden(self, node: z.Term) -> Doc:
+        items = node.items if isinstance(node, z.Display) else (node,)
+        braces = self.from_source and node.span.text.startswith("{")
+        opening, closing = "{}" if braces else "()"
+        return enclosed(opening, [self.term(item) for item in items], closing)
+
+
+def _between(first: s.Node, second: s.Node) -> str:
+    return first.span.source.text[first.span.end : second.span.start]
+
+
+def _is_main(declaration: s.Node) -> bool:
+    return (
+        isinstance(declaration, s.PatternDefinition)
+        and isinstance(declaration.pattern, s.NamePattern)
+        and declaration.pattern.parts == ("main",)
+    )
+
+
+def print_term(node: z.Term, *, symbols: bool = False, width: int = WIDTH) -> str:
+    """A term as text."""
+    with deep_recursion():
+        return lay_out(Terms(symbols).term(node), width)
+
+
+def print_paragraph(node: s.Paragraph, *, symbols: bool = False, width: int = WIDTH) -> str:
+    """A paragraph as text."""
+    from cspcheck.cspm.printing.declarations import Printer
+
+    return lay_out(Printer(symbols=symbols).document(node), width)

@@ -1,0 +1,309 @@
+"""What can be wrong with the files and the characters of a script."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from difflib import get_close_matches
+
+from cspcheck.cspm.diagnostics import Diagnostic, mistake
+from cspcheck.cspm.source import Span
+
+
+def listed(words: Sequence[str], conjunction: str = "or") -> str:
+    """``a``, ``a or b``, ``a, b or c``."""
+    if len(words) < 2:
+        return "".join(words)
+    return f"{', '.join(words[:-1])} {conjunction} {words[-1]}"
+
+
+def quoted(words: Sequence[str], conjunction: str = "or") -> str:
+    """The words in backticks, as :func:`listed`."""
+    return listed([f"`{word}`" for word in words], conjunction)
+
+
+# --- files ---------------------------------------------------------------------------------------------------
+
+
+@mistake(
+    "CSP001",
+    "a file cannot be read",
+    explanation="The file does not exist, is a folder, or may not be read by you.",
+    example="cspcheck no_such_file.csp",
+    repair="Give the name of a file that exists; a relative name is relative to the current folder.",
+)
+def file_cannot_be_read(name: str, reason: str) -> Diagnostic:
+    """The file *name* could not be opened; *reason* is the system's word for why."""
+    return Diagnostic("CSP001", f"cannot read `{name}`: {reason}")
+
+
+@mistake(
+    "CSP002",
+    "the file is in Rich Text Format",
+    explanation="A word processor saved the script with its own markup. Scripts are plain text.",
+    example="{\\rtf1\\ansi P = STOP}",
+    repair="Save the script as plain text (in TextEdit: Format, Make Plain Text).",
+)
+def rich_text(name: str) -> Diagnostic:
+    """The file starts as Rich Text Format files start."""
+    return Diagnostic(
+        "CSP002", f"`{name}` is a Rich Text file, not plain text", help="save the script as plain text and try again"
+    )
+
+
+@mistake(
+    "CSP003",
+    "the file is not text",
+    explanation="The file contains NUL bytes. It is a binary file, or text in UTF-16.",
+    example="A script saved as UTF-16, with a NUL byte beside each letter.",
+    repair="Save the script as UTF-8.",
+)
+def binary_file(name: str) -> Diagnostic:
+    """The file holds NUL bytes."""
+    return Diagnostic("CSP003", f"`{name}` is not a text file", help="scripts are plain text; save this one as UTF-8")
+
+
+@mistake(
+    "CSP010",
+    "an included file cannot be read",
+    explanation="`include` looks for the file in the folder of the script that is checked (the root of all includes), "
+    "not in the folder of the file that includes.",
+    example='include "no_such_file.csp"',
+    repair='include "definitions.csp"',
+)
+def include_cannot_be_read(span: Span, path: str, reason: str) -> Diagnostic:
+    """The file named by an `include` could not be loaded."""
+    return Diagnostic(
+        "CSP010",
+        f"cannot include `{path}`: {reason}",
+        span,
+        help="paths are relative to the folder of the script that is checked",
+    )
+
+
+@mistake(
+    "CSP011",
+    "a file includes itself",
+    explanation="A file includes itself, directly or through other files, so that its text would never end.",
+    example='-- in a.csp:\ninclude "a.csp"',
+    repair="Remove one `include` of the circle; a file sees everything that the script it belongs to declares.",
+)
+def include_cycle(span: Span, path: str, chain: Sequence[str]) -> Diagnostic:
+    """An `include` of a file that is being included already; *chain* is the circle of files."""
+    return Diagnostic(
+        "CSP011",
+        f"`{path}` includes itself",
+        span,
+        notes=(" includes ".join(f"`{name}`" for name in chain),),
+        help="remove this `include`",
+    )
+
+
+@mistake(
+    "CSP012",
+    "includes are nested too deeply",
+    explanation="Files include files that include files, more than a hundred deep.",
+    example="A chain of more than 100 files, each of which includes the next.",
+    repair="Include the files side by side from the script itself.",
+)
+def includes_too_deep(span: Span, limit: int) -> Diagnostic:
+    """An `include` at a depth beyond *limit*."""
+    return Diagnostic("CSP012", f"includes are nested more than {limit} deep", span)
+
+
+# --- characters ----------------------------------------------------------------------------------------------
+
+_LOOKALIKES = {
+    "\u00a0": "an ordinary blank (this one is a no-break space)",
+    "\u2013": "`-` (this is an en dash)",
+    "\u2014": "`--` (this is an em dash)",
+    "\u2212": "`-` (this is the typographic minus sign)",
+    "\u2018": "`'` (this is a typographic quote)",
+    "\u2019": "`'` (this is a typographic quote)",
+    "\u201c": '`"` (this is a typographic quote)',
+    "\u201d": '`"` (this is a typographic quote)',
+    "\u2192": "`->`",
+    "\u2190": "`<-`",
+    "\u25a1": "`[]`",
+    "\u2293": "`|~|`",
+    "\u2016": "`||`",
+    "\u2225": "`||`",
+    "\u2264": "`<=`",
+    "\u2265": "`>=`",
+    "\u2260": "`!=`",
+    "\u27e8": "`<`",
+    "\u27e9": "`>`",
+    "\u2227": "`and`",
+    "\u2228": "`or`",
+    "\u00ac": "`not`",
+    "\u2026": "`..`",
+    "`": "`'`",
+}
+
+
+@mistake(
+    "CSP004",
+    "a character that CSPm does not know",
+    explanation="Outside comments and strings CSPm is written with the letters, digits and signs of ASCII. Signs "
+    "copied from a "
+    "paper or a word processor often look right and are others.",
+    example="P = a \u2192 STOP",
+    repair="P = a -> STOP",
+)
+def unknown_character(span: Span) -> Diagnostic:
+    """A character that begins no token."""
+    character = span.text
+    shown = character if character.isprintable() else f"U+{ord(character):04X}"
+    meant = _LOOKALIKES.get(character)
+    return Diagnostic(
+        "CSP004", f"unknown character `{shown}`", span, help=None if meant is None else f"write {meant.strip()}"
+    )
+
+
+@mistake(
+    "CSP005",
+    "a block comment is not closed",
+    explanation="`{-` opens a comment that goes to the matching `-}`; such comments nest. A set that begins with a "
+    "negative number "
+    "opens a comment, too: write `{ -1..1}` with a blank.",
+    example="S = {-1..1}",
+    repair="S = { -1..1}",
+)
+def unclosed_comment(span: Span, rest: str) -> Diagnostic:
+    """A `{-` without its `-}`; *rest* is the text behind it."""
+    line = rest.split("\n", 1)[0]
+    looks_like_set = "}" in line and not line.lstrip().startswith("-")
+    return Diagnostic(
+        "CSP005",
+        "this comment is never closed",
+        span,
+        help="`{-` opens a comment; for a set that begins with a minus write `{ -`"
+        if looks_like_set
+        else "close it with `-}`; each `{-` inside a comment needs its own `-}`",
+    )
+
+
+@mistake(
+    "CSP006",
+    "a string is not closed",
+    explanation='A string begins and ends with `"` on one line. `\\n` stands for a line break and `\\"` for a quote '
+    "inside it.",
+    example='print error("no such message)',
+    repair='print error("no such message")',
+)
+def unclosed_string(span: Span) -> Diagnostic:
+    """A `"` without a second one on its line."""
+    return Diagnostic("CSP006", "this string is not closed", span, help='close it with `"` on the same line')
+
+
+@mistake(
+    "CSP007",
+    "a character literal is malformed",
+    explanation="A character stands between two `'`. Primes at the end of a name belong to the name.",
+    example="c = 'ab'",
+    repair="c = <'a', 'b'>",
+)
+def malformed_character(span: Span) -> Diagnostic:
+    """A `'` that begins no character."""
+    return Diagnostic(
+        "CSP007",
+        "`'` begins no character here",
+        span,
+        help="a character is written `'c'`, a string `\"text\"`; the prime of a name follows its letters directly",
+    )
+
+
+@mistake(
+    "CSP008",
+    "a name begins with an underscore",
+    explanation="A name begins with a letter. `_` alone is the pattern that matches everything.",
+    example="_x = 1",
+    repair="x_ = 1",
+)
+def name_begins_with_underscore(span: Span) -> Diagnostic:
+    """A name such as ``_x``."""
+    return Diagnostic(
+        "CSP008", f"the name `{span.text}` begins with an underscore", span, help="names begin with a letter"
+    )
+
+
+# --- words that stand in square brackets of an assertion -----------------------------------------------------
+
+
+@mistake(
+    "CSP120",
+    "an assertion claims an unknown property",
+    explanation="The properties are `deadlock free`, `divergence free` (or `livelock free`), `deterministic` and `has "
+    "trace`; the "
+    "options `tau priority over` and `partial order reduce`.",
+    example="assert STOP :[deadlok free]",
+    repair="assert STOP :[deadlock free]",
+)
+def unknown_property(span: Span, words: str, known: Sequence[str]) -> Diagnostic:
+    """The words between ``:[`` and ``]`` are none of the *known* ones."""
+    close = get_close_matches(words, known, n=1)
+    return Diagnostic(
+        "CSP120",
+        f"unknown property `{words}`",
+        span,
+        help=f"did you mean `{close[0]}`?" if close else f"the properties and options are {quoted(known, 'and')}",
+    )
+
+
+@mistake(
+    "CSP121",
+    "an assertion names an unknown model",
+    explanation="Refinement is written `[T=`, `[F=` or `[FD=` (traces, stable failures, failures-divergences); `[V=`, "
+    "`[VD=`, `[R=` "
+    "and `[RD=` are read, too. A property may name its model, as in `:[deadlock free [F]]`.",
+    example="assert STOP [FDR= STOP",
+    repair="assert STOP [FD= STOP",
+)
+def unknown_model(span: Span, known: Sequence[str]) -> Diagnostic:
+    """The letters of ``[X=`` name no model."""
+    return Diagnostic("CSP121", f"unknown model `{span.text}`", span, help=f"the models are {quoted(known, 'and')}")
+
+
+def unknown_mode(span: Span, words: str, known: Sequence[str]) -> Diagnostic:
+    """The inner bracket of ``:[words [mode]]`` holds none of the *known* words (of which there may be none)."""
+    return Diagnostic(
+        "CSP121",
+        f"`{words}` has no variant `{span.text}`",
+        span,
+        help=f"it can be {quoted(known)}" if known else f"write `:[{words}]`",
+    )
+
+
+@mistake(
+    "CSP122",
+    "a property in an assertion is malformed",
+    explanation="A property stands in square brackets behind a colon and may name its model in a second pair of "
+    "brackets.",
+    example="assert STOP :[deadlock free",
+    repair="assert STOP :[deadlock free]",
+)
+def malformed_property(span: Span) -> Diagnostic:
+    """A ``:[`` whose bracket is not closed or holds something else than words."""
+    return Diagnostic(
+        "CSP122", "malformed property", span, help="properties look like `:[deadlock free]` or `:[deadlock free [F]]`"
+    )
+
+
+__all__ = [
+    "binary_file",
+    "file_cannot_be_read",
+    "include_cannot_be_read",
+    "include_cycle",
+    "includes_too_deep",
+    "listed",
+    "malformed_character",
+    "malformed_property",
+    "name_begins_with_underscore",
+    "quoted",
+    "rich_text",
+    "unclosed_comment",
+    "unclosed_string",
+    "unknown_character",
+    "unknown_mode",
+    "unknown_model",
+    "unknown_property",
+]

@@ -1,0 +1,190 @@
+"""The parse table of CSPm: made by Lark from ``grammar/cspm.lark`` once, kept in the user's cache folder.
+
+Lark needs some 0.3 s to be imported and to compute the LALR(1) table; a stored table is read in a few
+milliseconds and needs no Lark. The file is named after what it was made from, so a new grammar never meets an
+old table. A folder that cannot be written, or a damaged file, costs time and nothing else.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, Final
+
+GRAMMAR: Final = Path(__file__).with_name("grammar") / "cspm.lark"
+STARTS: Final = ("script", "lone_expression", "lone_assertion")
+ACCEPT: Final = 0
+_FORMAT: Final = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """One alternative of the grammar.
+
+    ``size`` symbols become the nonterminal ``target``. Of them the parts at the positions ``kept`` (all but quoted
+    words and signs, and terminals with a leading underscore) go to the tree builder's method ``action``; without
+    an action the only kept part stands for the whole.
+    """
+
+    target: str
+    size: int
+    kept: tuple[int, ...]
+    action: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """An LALR(1) table.
+
+    ``actions[state][kind]`` is ``s + 1`` to shift and go to state ``s``, ``-(r + 1)`` to reduce by rule ``r``,
+    and ``ACCEPT``; ``gotos[state][nonterminal]`` is the next state; ``starts`` has the first state of each start
+    symbol.
+    """
+
+    rules: Sequence[Rule]
+    actions: Sequence[Mapping[str, int]]
+    gotos: Sequence[Mapping[str, int]]
+    starts: Mapping[str, int]
+
+
+def compute(grammar: str) -> dict[str, Any]:
+    """The table of *grammar* as a value that JSON can hold.
+
+    Raises:
+        lark.exceptions.GrammarError: the grammar is malformed or has a conflict.
+    """
+    from lark import Lark
+    from lark.lexer import Lexer
+    from lark.parsers.lalr_analysis import Shift
+
+    class NoLexer(Lexer):
+        """The table is all that is wanted of Lark; the tokens are made by :mod:`cspcheck.cspm.parsing.lexer`."""
+
+        def __init__(self, *_: object) -> None:
+            pass
+
+        def lex(self, *_: object) -> Any:
+            raise NotImplementedError
+
+    lark = Lark(grammar, parser="lalr", lexer=NoLexer, start=list(STARTS), strict=True)
+    computed = lark.parser.parser._parse_table
+    # A quoted terminal goes by its text, a declared one by its name.
+    quoted = {terminal.name: str(terminal.pattern.value) for terminal in lark.terminals}
+
+    # Lark numbers states as it happens to find them; here the same grammar always gives the same table.
+    order = [computed.start_states[start] for start in STARTS]
+    places = {state: place for place, state in enumerate(order)}
+    for state in order:  # grows
+        for _, (kind, argument) in sorted(computed.states[state].items(), key=lambda item: str(item[0])):
+            if kind is Shift and argument not in places:
+                places[argument] = len(order)
+                order.append(argument)
+    reduced = {argument for state in order for kind, argument in computed.states[state].values() if kind is not Shift}
+    ordered = sorted(reduced, key=lambda rule: (rule.origin.name, [symbol.name for symbol in rule.expansion]))
+    numbers = {rule: number for number, rule in enumerate(ordered)}
+    rules = []
+    for rule in ordered:
+        kept = [
+            position
+            for position, symbol in enumerate(rule.expansion)
+            if not symbol.is_term
+            or rule.options.keep_all_tokens
+            or (symbol.name not in quoted and not symbol.name.startswith("_"))
+        ]
+        rules.append([str(rule.origin.name), len(rule.expansion), kept, rule.alias])
+
+    # Most states share their rows with others.
+    rows: list[dict[str, int]] = []
+    row_numbers: dict[str, int] = {}
+
+    def row(entries: dict[str, int]) -> int:
+        entries = dict(sorted(entries.items()))
+        key = json.dumps(entries)
+        if key not in row_numbers:
+            row_numbers[key] = len(rows)
+            rows.append(entries)
+        return row_numbers[key]
+
+    ends = set(computed.end_states.values())
+    states = []
+    for state in order:
+        actions: dict[str, int] = {}
+        gotos: dict[str, int] = {}
+        for name, (kind, argument) in computed.states[state].items():
+            if kind is not Shift:
+                actions[quoted.get(name, name)] = -(numbers[argument] + 1)
+            elif name in quoted or name.isupper():
+                actions[quoted.get(name, name)] = places[argument] + 1
+            else:
+                gotos[name] = places[argument]
+        if state in ends:
+            actions["$END"] = ACCEPT
+        states.append([row(actions), row(gotos)])
+    starts = {start: places[computed.start_states[start]] for start in STARTS}
+    return {"rules": rules, "rows": rows, "states": states, "starts": starts}
+
+
+def from_json(value: Mapping[str, Any]) -> Table:
+    """The table that :func:`compute` described.
+
+    Raises:
+        KeyError, TypeError, ValueError, IndexError: the value is no such description.
+    """
+    rows = value["rows"]
+    return Table(
+        rules=[Rule(target, size, tuple(kept), action) for target, size, kept, action in value["rules"]],
+        actions=[rows[actions] for actions, _ in value["states"]],
+        gotos=[rows[gotos] for _, gotos in value["states"]],
+        starts=value["starts"],
+    )
+
+
+def cache_folder() -> Path:
+    """Where this user's caches are kept by the custom of the operating system."""
+    if sys.platform == "win32":
+        base = os.environ.get("LOCALAPPDATA") or str(Path.home() / "AppData" / "Local")
+    elif sys.platform == "darwin":
+        base = str(Path.home() / "Library" / "Caches")
+    else:
+        base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    return Path(base) / "cspcheck"
+
+
+@cache
+def table() -> Table:
+    """The table of the CSPm grammar, from the cache if it is there, else computed and stored there."""
+    grammar = GRAMMAR.read_text(encoding="utf-8")
+    key = sha256(f"{_FORMAT}\n{grammar}".encode()).hexdigest()[:20]
+    try:
+        path = cache_folder() / f"grammar-{key}.json"
+    except RuntimeError:  # the user has no home
+        return from_json(compute(grammar))
+    try:
+        return from_json(json.loads(path.read_text(encoding="utf-8")))
+    except (OSError, ValueError, KeyError, TypeError, IndexError):
+        value = compute(grammar)
+        _store(path, json.dumps(value, separators=(",", ":")))
+        return from_json(value)
+
+
+def _store(path: Path, text: str) -> None:
+    """Write the file whole or not at all; a folder that cannot be written is no mistake."""
+    from tempfile import NamedTemporaryFile
+
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with NamedTemporaryFile("w", encoding="utf-8", dir=path.parent, prefix=path.name, delete=False) as file:
+            temporary = Path(file.name)
+            file.write(text)
+        try:
+            os.replace(temporary, path)
+        except OSError:
+            temporary.unlink(missing_ok=True)
+    except OSError:
+        pass

@@ -1,0 +1,1 @@
+"""Processes as immutable terms, the events that they perform, and both as text."""

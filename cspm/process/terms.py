@@ -1,0 +1,397 @@
+r"""The process algebra as immutable, hash-consed terms: what an evaluated process is.
+
+Two terms with the same operator and the same operands are one object, so terms compare by identity and a state
+of a process is a term. Recursion goes through :class:`Reference`: a definition with its evaluated arguments,
+whose body is evaluated once, on demand. The operands of operators and the continuations of prefixes are either
+references or terms built in place; evaluating a process therefore ends as soon as it meets named processes.
+
+What the operators do is said in one place only, ``cspcheck.checker.semantics.transitions``. Nothing here looks inside
+a reference.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal
+from weakref import KeyedRef
+
+from cspcheck.cspm.process.events import EventSet
+from cspcheck.cspm.source import Span
+
+
+class _HashConsed(type):
+    """Calling a class with the operands of an existing term gives that term."""
+
+    _terms: ClassVar[dict[tuple[Any, ...], KeyedRef[tuple[Any, ...], Any]]] = {}
+
+    def __call__(cls, *operands: Any) -> Any:
+        # A WeakValueDictionary does the same at twice the price; terms are made by the million.
+        key = (cls, *operands)
+        known = _HashConsed._terms.get(key)
+        if known is not None:
+            term = known()
+            if term is not None:
+                return term
+        term = super().__call__(*operands)
+        _HashConsed._terms[key] = KeyedRef(term, _forget, key)
+        return term
+
+
+def _forget(reference: KeyedRef[tuple[Any, ...], Any], _terms: dict[Any, Any] = _HashConsed._terms) -> None:
+    """Drop the entry of a term that nobody has any more, unless an equal one has taken its place."""
+    if _terms.get(reference.key) is reference:
+        del _terms[reference.key]
+
+
+@dataclass(frozen=True, eq=False, slots=True, weakref_slot=True)
+class Process(metaclass=_HashConsed):
+    """A process term. Construct subclasses with positional operands only."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Stop(Process):
+    """``STOP``."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Skip(Process):
+    """``SKIP``: its only transition is tick, to :class:`Terminated`."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Terminated(Process):
+    """What is left after tick: no transitions, and no deadlock."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Diverge(Process):
+    """``DIV``: a tau to itself."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Beyond(Process):
+    """Where a search under finite readings stops: what the process does from here on is not known to it.
+
+    It has no transitions, and no verdict may depend on that. ``report`` says what lies outside the readings.
+    """
+
+    report: str
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Run(Process):
+    """``RUN(A)``: always offers all of A."""
+
+    events: EventSet
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Chaos(Process):
+    """``CHAOS(A)``: performs anything in A, and a tau to ``STOP``."""
+
+    events: EventSet
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Prefix(Process):
+    """``?x:S -> P(x)``: the events offered, ascending and distinct, each with what follows it."""
+
+    branches: tuple[tuple[int, Process], ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ExternalChoice(Process):
+    """``P [] Q [] ...``: at least two operands."""
+
+    operands: tuple[Process, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class InternalChoice(Process):
+    """``P |~| Q |~| ...``: a tau to each operand; at least one."""
+
+    operands: tuple[Process, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SlidingChoice(Process):
+    """``P [> Q``."""
+
+    left: Process
+    right: Process
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SynchronisingChoice(Process):
+    """``P [+ A +] Q``: events of A are synchronised and do not resolve the choice; two or more operands."""
+
+    events: EventSet
+    operands: tuple[Process, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Interrupt(Process):
+    r"""``P /\ Q``."""
+
+    left: Process
+    right: Process
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SynchronisingInterrupt(Process):
+    r"""``P /+ A +\ Q``: events of A are synchronised, other events of Q interrupt."""
+
+    left: Process
+    events: EventSet
+    right: Process
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Throw(Process):
+    """``P [| A |> Q``: after an event of A that P performs, Q takes over."""
+
+    left: Process
+    events: EventSet
+    right: Process
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Sequential(Process):
+    """``P ; Q``: the tick of P becomes a tau to Q."""
+
+    left: Process
+    right: Process
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Parallel(Process):
+    """``P [| A |] Q [| A |] ...``: all operands take part in events of A; interleaving is the empty A. Two or more."""
+
+    events: EventSet
+    operands: tuple[Process, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class AlphabetisedParallel(Process):
+    """``P [A || B] Q``, ``|| x:S @ [A(x)] P(x)``: each operand takes part in, and performs only, its alphabet."""
+
+    alphabets: tuple[EventSet, ...]
+    operands: tuple[Process, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LinkedParallel(Process):
+    """``P [a <-> b] Q``: P's a and Q's b happen together as a tau; neither happens alone."""
+
+    left: Process
+    links: tuple[tuple[int, int], ...]
+    right: Process
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Hide(Process):
+    r"""``P \ A``."""
+
+    process: Process
+    events: EventSet
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Project(Process):
+    r"""``P |\ A``: hides all but A."""
+
+    process: Process
+    events: EventSet
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Rename(Process):
+    """``P [[a <- b]]``: ascending distinct pairs (old, new); events that are no pair's old one stay as they are."""
+
+    process: Process
+    pairs: tuple[tuple[int, int], ...]
+
+
+BufferKind = Literal["BUFFER", "WEAK_BUFFER", "SIGNAL_BUFFER"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Buffer(Process):
+    """A first-in first-out buffer with ``contents`` (positions in ``pairs``, oldest first).
+
+    ``pairs`` are (input, output) events. ``signals`` is () for BUFFER, (explode,) for WEAK_BUFFER and
+    (full, empty) for SIGNAL_BUFFER.
+    """
+
+    kind: BufferKind
+    capacity: int
+    signals: tuple[int, ...]
+    pairs: tuple[tuple[int, int], ...]
+    contents: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Compressed(Process):
+    """``normal(P)``, ``sbisim(P)`` and their like: means what P means; ``function`` names the compression."""
+
+    function: str
+    process: Process
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Fused(Process):
+    """Means what ``process`` means, and says that this composition is best explored as one machine.
+
+    A class is one: its data part by itself may have far more states, or no end of them.
+    """
+
+    process: Process
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Prioritised(Process):
+    """``prioritise(P, <A0, A1, ...>)``: ``levels`` highest first; tau and tick rank with the first."""
+
+    process: Process
+    levels: tuple[EventSet, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class External(Process):
+    """An external function of the script applied to a process (``chase``, ``deter``, ``prioritisepo``, ...)."""
+
+    function: str
+    process: Process
+    arguments: tuple[Hashable, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Watchdog(Process):
+    """A watchdog of the external functions at work: an observer of *events* that performs *bark* after a wrong one.
+
+    ``members`` are the states that the specification can be in after what has been observed. ``insists``: the events
+    that a watchdog for failures offers alone, to see whether all are refused; None while it does not insist.
+    """
+
+    function: str
+    members: frozenset[Process]
+    events: EventSet
+    bark: int
+    insists: frozenset[int] | None = None
+
+
+class Reference(Process):
+    """A named process with its evaluated arguments, evaluated once, on demand.
+
+    ``key`` identifies the definition and the values it is applied to; two references with equal keys are one
+    object. ``text`` is how a person would write it (``Buf(<1, 2>)``), ``span`` where it is defined.
+    """
+
+    __slots__ = ("_body", "_definition", "key")
+
+    key: Hashable
+
+    def __init__(self, key: Hashable, definition: Definition) -> None:
+        object.__setattr__(self, "key", key)
+        object.__setattr__(self, "_definition", definition)
+        object.__setattr__(self, "_body", None)
+
+    @property
+    def text(self) -> str:
+        """The name with its arguments, as a person would write it."""
+        definition: Definition = object.__getattribute__(self, "_definition")
+        return definition.text
+
+    @property
+    def span(self) -> Span | None:
+        """Where the name is defined."""
+        definition: Definition = object.__getattribute__(self, "_definition")
+        return definition.span
+
+    def body(self) -> Process:
+        """The term that the name stands for; never a reference again if the evaluator made this one.
+
+        Raises:
+            ScriptError: the definition cannot be evaluated.
+        """
+        body: Process | None = object.__getattribute__(self, "_body")
+        if body is None:
+            definition: Definition = object.__getattribute__(self, "_definition")
+            body = definition.evaluate()
+            object.__setattr__(self, "_body", body)
+        return body
+
+    def __repr__(self) -> str:
+        return f"Reference({self.text})"
+
+
+class Definition:
+    """What a new reference needs beside its key; equal to every other so that only keys identify references."""
+
+    __slots__ = ("_evaluate", "_text", "span")
+
+    def __init__(self, text: str | Callable[[], str], span: Span | None, evaluate: Callable[[], Process]) -> None:
+        self._text = text
+        self.span = span
+        self._evaluate = evaluate
+
+    def evaluate(self) -> Process:
+        """The term that a reference of this definition stands for."""
+        return self._evaluate()
+
+    @property
+    def text(self) -> str:
+        """How a person would write the reference; made when first asked for."""
+        text = self._text
+        if not isinstance(text, str):
+            text = self._text = text()
+        return text
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Definition)
+
+    def __hash__(self) -> int:
+        return 0
+
+
+STOP = Stop()
+SKIP = Skip()
+TERMINATED = Terminated()
+DIV = Diverge()
+
+
+def prefix(event: int, process: Process) -> Process:
+    """``event -> process``."""
+    return Prefix(((event, process),))
+
+
+def external_choice(operands: Iterable[Process]) -> Process:
+    """``[]`` over *operands*: chains are flattened and STOP is dropped; none is STOP, one is itself."""
+    flat: list[Process] = []
+    for operand in operands:
+        if isinstance(operand, ExternalChoice):
+            flat.extend(operand.operands)
+        elif operand is not STOP:
+            flat.append(operand)
+    if not flat:
+        return STOP
+    return flat[0] if len(flat) == 1 else ExternalChoice(tuple(flat))
+
+
+def parallel(events: EventSet, operands: Sequence[Process]) -> Process:
+    """``[| events |]`` over *operands*; none is SKIP, one is itself."""
+    if not operands:
+        return SKIP
+    return operands[0] if len(operands) == 1 else Parallel(events, tuple(operands))
+
+
+def hide(process: Process, events: EventSet) -> Process:
+    r"""``process \ events``; hiding nothing is the process itself."""
+    return Hide(process, events) if events else process
+
+
+def rename(process: Process, pairs: Iterable[tuple[int, int]]) -> Process:
+    """``process [[...]]``; renaming nothing is the process itself."""
+    distinct = tuple(sorted(set(pairs)))
+    return Rename(process, distinct) if distinct else process

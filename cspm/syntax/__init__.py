@@ -1,0 +1,1 @@
+"""The tree of a script: what every node is, and the forms themselves."""

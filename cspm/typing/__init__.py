@@ -1,0 +1,1 @@
+"""Types of expressions: what they are, when two are one, and how they are inferred."""

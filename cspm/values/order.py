@@ -1,0 +1,107 @@
+"""One total order on all values, so that whatever ranges over a set does so in the same order each time.
+
+Integers and characters by size, ``false`` before ``true``, constructors and channels in the order of declaration,
+tuples lexicographically, sequences and sets the shorter first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import fields
+from typing import Any
+
+from cspcheck.cspm.process.events import EventSet
+from cspcheck.cspm.process.terms import Process, Reference
+from cspcheck.cspm.values.dots import ChannelHead, Constructor, DotList, Dotted, Event
+from cspcheck.cspm.values.values import Boolean, Function, Map, Real, Sequence
+
+_LONGEST_TERM = 10_000
+
+
+def in_order(values: Iterable[Any]) -> list[Any]:
+    """The values, which must be evaluated through and through, in order."""
+    found = list(values)
+    kinds = set(map(type, found))
+    if kinds == {int} or kinds == {str}:
+        found.sort()
+    elif kinds == {Event}:
+        found.sort(key=_number)
+    elif len(found) > 1:
+        found.sort(key=order_key)
+    return found
+
+
+def _number(event: Event) -> int:
+    return event.number
+
+
+def order_key(value: Any) -> list[Any]:
+    """A flat list that compares with those of other values as the values do."""
+    key: list[Any] = []
+    stack = [value]
+    while stack:
+        item = stack.pop()
+        kind = type(item)
+        if kind is Boolean:
+            key += (0, item.truth)
+        elif kind is int:
+            key += (1, item)
+        elif kind is str:
+            key += (2, item)
+        elif kind is Real:
+            key += (1, item.value)
+        elif kind is tuple:
+            key += (3, len(item))
+            stack.extend(reversed(item))
+        elif kind is Sequence:
+            key += (4, len(item))
+            stack.extend(reversed(item.items()))
+        elif kind is Map:
+            entries = in_order(item.entries)
+            key += (6, len(entries))
+            for entry in reversed(entries):
+                stack += (item.entries[entry], entry)
+        elif kind is Dotted:
+            head = item.head
+            if isinstance(head, Constructor):
+                key += (7, *head.rank, len(item.fields))
+            else:
+                assert isinstance(head, ChannelHead)
+                key += (8, head.declared.base, head.declared.order, len(item.fields))
+            stack.extend(reversed(item.fields))
+        elif kind is Event:
+            key += (9, item.number)
+        elif kind is DotList:
+            key += (10, len(item.parts))
+            stack.extend(reversed(item.parts))
+        elif isinstance(item, Process):
+            key.append(12)
+            _process_key(item, key)
+        elif kind is Function:
+            key += (13, item.routine.name)
+        elif hasattr(item, "elements") and item.is_finite():
+            elements = item.elements()
+            key += (5, len(elements))
+            stack.extend(reversed(elements))
+        else:
+            key += (14, repr(item))
+    return key
+
+
+def _process_key(process: Process, key: list[Any]) -> None:
+    stack: list[Any] = [process]
+    limit = len(key) + _LONGEST_TERM
+    while stack and len(key) < limit:
+        item = stack.pop()
+        if isinstance(item, Reference):
+            key += ("Reference", item.text)
+        elif isinstance(item, Process):
+            key.append(type(item).__name__)
+            stack.extend(getattr(item, field.name) for field in reversed(fields(item)))
+        elif isinstance(item, EventSet):
+            key += (str(len(item.ranges)), str(item.ranges))
+        elif isinstance(item, tuple):
+            key.append(str(len(item)))
+            stack.extend(reversed(item))
+        else:
+            key.append(str(item))
