@@ -26,9 +26,9 @@ from cspcheck.codegen.design.pieces import (
     mentioned,
     unwrapped,
 )
-from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
+from cspcheck.cspm.syntax import tree as syntax
 
 
 class Choices:

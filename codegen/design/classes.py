@@ -19,8 +19,8 @@ from cspcheck.codegen.design.predicates import Key, Terms, keys_in, ways
 from cspcheck.codegen.quoting import literal, phrase
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.oz import core
-from cspcheck.cspm.oz.values.evaluation import Evaluator
 from cspcheck.cspm.oz.processes.nodes import CarrierSet
+from cspcheck.cspm.oz.values.evaluation import Evaluator
 from cspcheck.cspm.oz.values.substitution import substituted
 from cspcheck.cspm.oz.values.terms import primed, shape, show_term
 from cspcheck.cspm.script import Script

@@ -9,17 +9,17 @@ from typing import Any
 from cspcheck.codegen import messages, runtime
 from cspcheck.codegen.design.naming import camel, safe, unique, upper
 from cspcheck.codegen.quoting import literal, phrase
-from cspcheck.cspm.typing import types
 from cspcheck.cspm.diagnostics import ScriptError
-from cspcheck.cspm.values.dots import Constructor, Dotted, Event
-from cspcheck.cspm.process.events import FieldDomain
 from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
 from cspcheck.cspm.oz import core
+from cspcheck.cspm.process.events import FieldDomain
 from cspcheck.cspm.script import Script
-from cspcheck.cspm.values.sets import Set
 from cspcheck.cspm.source import Span
-from cspcheck.cspm.values.values import Boolean, Sequence as CspSequence
+from cspcheck.cspm.typing import types
+from cspcheck.cspm.values.dots import Constructor, Dotted, Event
+from cspcheck.cspm.values.sets import Set
 from cspcheck.cspm.values.text import show
+from cspcheck.cspm.values.values import Boolean, Sequence as CspSequence
 
 INTEGERS_LISTED = 8
 """So many integers that are no range are listed in a type without a name."""

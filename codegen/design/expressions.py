@@ -15,11 +15,11 @@ from cspcheck.codegen import messages
 from cspcheck.codegen.design.data import Data
 from cspcheck.codegen.design.naming import safe, unique
 from cspcheck.codegen.quoting import literal, literals
-from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
 from cspcheck.cspm.printing.printer import print_expression
 from cspcheck.cspm.script import Script
+from cspcheck.cspm.syntax import tree as syntax
 
 Code = tuple[str, int]
 """A text and the strength of its outermost operator: the greater, the tighter."""

@@ -17,15 +17,15 @@ from cspcheck.codegen.design.pieces import InternalChoice, Lines, Method, NeedsS
 from cspcheck.codegen.design.tasks import Processes
 from cspcheck.codegen.design.timing import Timing, timings
 from cspcheck.codegen.quoting import literal, literals, phrase
-from cspcheck.cspm.syntax import tree as syntax
-from cspcheck.cspm.typing import types
 from cspcheck.cspm.diagnostics import ScriptError
-from cspcheck.cspm.process.events import Channel
 from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.processes.nodes import CarrierSet
+from cspcheck.cspm.process.events import Channel
 from cspcheck.cspm.process.terms import Reference
 from cspcheck.cspm.script import Script
+from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.typing import types
 
 RESERVED_MODULES = sys.stdlib_module_names | {"channels", "data_types", "functions", "main", "runtime", "tests"}
 """Names of other modules: a module of the program that is called like one of them would hide it, or be it."""

@@ -113,12 +113,8 @@ class _Writer:
         self, *, data: Sequence[str] = (), runtime: Sequence[str] = (), modules: Sequence[str] = ()
     ) -> list[str]:
         """Imports from the modules of the program, as sorted imports stand."""
-        lines = [f"from . import {', '.join(sorted(modules))}"] if modules else []
-        if data:
-            lines.append(f"from .data_types import {', '.join(data)}")
-        if runtime:
-            lines.append(f"from .runtime import {', '.join(runtime)}")
-        return lines
+        rows = ((".", sorted(modules)), (".data_types", data), (".runtime", runtime))
+        return [_import(module, names) for module, names in rows if names]
 
     def _data_types(self) -> str:
         data = self.design.data
@@ -235,6 +231,14 @@ class _Writer:
         if timing.priority:
             parts.append(f"priority {timing.priority}")
         return ", ".join(parts)
+
+
+def _import(module: str, names: Sequence[str]) -> str:
+    """An import of some names, a name a line if they are many."""
+    line = f"from {module} import {', '.join(names)}"
+    if len(line) <= WIDTH:
+        return line
+    return "\n".join([f"from {module} import (", *[f"    {name}," for name in names], ")"])
 
 
 def _module(line: str) -> tuple[bool, str]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections import deque
-from collections.abc import Coroutine, Sequence
+from collections.abc import Callable, Coroutine, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -101,9 +101,9 @@ class Program:
                 if runner == "threads":
                     lingering = _threads(run, self.tasks)
                 elif runner == "asyncio":
-                    asyncio.run(_event_loop(run, self.tasks))
+                    lingering = _aside(run, lambda: asyncio.run(_event_loop(run, self.tasks)))
                 else:
-                    _plain_loop(run, self.tasks)
+                    lingering = _aside(run, lambda: _plain_loop(run, self.tasks))
         finally:
             self._current = None
             recorder.close()
@@ -116,6 +116,33 @@ class Program:
         """Stop the program, from another thread or from a task."""
         if self._current is not None:
             self._current.stop()
+
+
+def _aside(run: Run, carry: Callable[[], None]) -> tuple[str, ...]:
+    """Carry all tasks by one thread that can be left behind; the task that keeps it from ending, if one does.
+
+    A body that waits for something that never comes would otherwise keep the whole program from being stopped.
+    """
+    raised: list[BaseException] = []
+
+    def carried() -> None:
+        try:
+            carry()
+        except BaseException as error:
+            raised.append(error)
+        finally:
+            run.over.set()
+
+    thread = threading.Thread(target=carried, name="tasks", daemon=True)
+    thread.start()
+    try:
+        run.wait()
+    finally:
+        run.stop()
+        thread.join(PATIENCE)
+    if raised:
+        raise raised[0]
+    return (run.current,) if thread.is_alive() and run.current is not None else ()
 
 
 # --- threads ---------------------------------------------------------------------------------------------------
@@ -152,7 +179,7 @@ def _threads(run: Run, tasks: Sequence[Task]) -> tuple[str, ...]:
     try:
         for thread in threads:
             thread.start()
-        run.over.wait()
+        run.wait()
     finally:
         # Also when the main thread is interrupted: nobody is left behind.
         run.stop()
@@ -240,19 +267,14 @@ async def _event_loop(run: Run, tasks: Sequence[Task]) -> None:
     parties = [Party(task, flag) for task, flag in zip(tasks, flags, strict=True)]
     run.begin(parties)
     carriers = [asyncio.ensure_future(_carry(run, party, flag)) for party, flag in zip(parties, flags, strict=True)]
-    try:
-        await asyncio.gather(*carriers)
-    except asyncio.CancelledError:
-        # What asyncio makes of an interrupt: the tasks are told in their own way.
-        run.stop()
-        await asyncio.gather(*carriers, return_exceptions=True)
-        raise
+    await asyncio.gather(*carriers)
 
 
 async def _carry(run: Run, party: Party, flag: _Flag) -> None:
     """Carry one task."""
     if run.serial:
         await flag.wait(None)
+    run.current = party.task.name
     coroutine = party.task.run()
     error: BaseException | None = None
     try:
@@ -269,13 +291,10 @@ async def _carry(run: Run, party: Party, flag: _Flag) -> None:
                 outcome, party.outcome = party.outcome, None
             else:
                 await asyncio.sleep(0)  # a task that never has to wait must not keep the others from running
+            run.current = party.task.name
             offers = _next(coroutine, outcome)
     except StopIteration:
         pass
-    except asyncio.CancelledError:
-        coroutine.close()
-        run.leave(party)
-        raise
     except BaseException as raised:
         error = raised
     run.leave(party, error)
@@ -307,6 +326,7 @@ def _plain_loop(run: Run, tasks: Sequence[Task]) -> None:
         while turns:
             position = turns.popleft()
             party = parties[position]
+            run.current = party.task.name
             try:
                 coroutine = coroutines[position]
                 if coroutine is None:
