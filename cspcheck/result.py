@@ -218,14 +218,14 @@ class Summary:
     Attributes:
         verdicts: results by verdict; ``error`` also counts the scripts that could not be loaded.
         unexpected: results whose verdict is not the one that the script expects.
-        unreached: of the unknown ones, those that the run was interrupted before.
         seconds: wall time of the run.
+        unreached: of the unknown ones, those that the run was interrupted before.
     """
 
     verdicts: dict[Literal["pass", "fail", "unknown", "error"], int]
     unexpected: int = 0
-    unreached: int = 0
     seconds: float = 0.0
+    unreached: int = 0
 
     @classmethod
     def empty(cls) -> Summary:
