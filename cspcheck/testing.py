@@ -43,6 +43,10 @@ class Recorded(Protocol):
     def inner(self) -> bool:
         """Whether a part of the composition hides it, not the whole."""
 
+    @property
+    def terminated(self) -> bool:
+        """Whether it is successful termination, whatever events are called."""
+
 
 class Departed(AssertionError):
     """A run has left its specification; ``departure`` says where and why."""
