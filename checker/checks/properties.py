@@ -12,7 +12,9 @@ import numpy as np
 
 from cspcheck.checker.checks.along import Along, Offers, along_original
 from cspcheck.checker.checks.context import Context, reached
-from cspcheck.checker.explain.behaviour import Behaviour, diverging, visible
+from cspcheck.checker.checks.reduced import reduced_search
+from cspcheck.checker.checks.store import Aim
+from cspcheck.checker.explain.behaviour import deadlocked, diverging, visible
 from cspcheck.checker.explain.replay import can_perform, can_refuse
 from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.search.paths import Step, shortest_path
@@ -29,9 +31,13 @@ def deadlock_free(context: Context, process: Process, model: FailuresModel) -> O
     stable states are looked at. Of a deadlock and a divergence after the same trace the deadlock is shown.
     """
     divergence_counts = model == "FD"
-    exploration = context.machines.exploration(
-        process, "deadlock or divergence" if divergence_counts else "deadlock", context.budget
-    )
+    aim: Aim = "deadlock or divergence" if divergence_counts else "deadlock"
+    exploration = context.machines.first_look(process, aim, context.budget)
+    if exploration is None:
+        outcome = reduced_search(context, process, aim)
+        if outcome is not None:
+            return outcome
+        exploration = context.machines.exploration(process, aim, context.budget)
     levels = (exploration.deadlock_level, exploration.divergence_level if divergence_counts else None)
     level = min((level for level in levels if level is not None), default=None)
     if level is None:
@@ -49,7 +55,7 @@ def deadlock_free(context: Context, process: Process, model: FailuresModel) -> O
         path = along.path(shown.deadlocked(last) if is_deadlock else shown.tau_cyclic(last))
         end = reached(shown, path)
     if is_deadlock:
-        counterexample = _deadlock(context, process, shown, path)
+        counterexample = deadlocked(process, shown.packed, path, context.events)
     else:
         counterexample = diverging(process, shown, path, end, context.events)
     return context.budget.outcome(Verdict.FAIL, None, *context.covered(exploration, level), counterexample)
@@ -57,7 +63,12 @@ def deadlock_free(context: Context, process: Process, model: FailuresModel) -> O
 
 def divergence_free(context: Context, process: Process) -> Outcome:
     """Whether no reachable state has an infinite path of taus. The same in every model."""
-    exploration = context.machines.exploration(process, "divergence", context.budget)
+    exploration = context.machines.first_look(process, "divergence", context.budget)
+    if exploration is None:
+        outcome = reduced_search(context, process, "divergence")
+        if outcome is not None:
+            return outcome
+        exploration = context.machines.exploration(process, "divergence", context.budget)
     if exploration.divergence_level is None:
         return context.not_found(exploration, "divergence")
     return divergence_found(context, process, exploration, exploration.divergence_level)
@@ -87,20 +98,6 @@ def _along_original(
     if not exploration.packed.network.is_compressed:
         return None
     return along_original(context, process, visible(path), "FD", goal)
-
-
-def _deadlock(context: Context, process: Process, exploration: Exploration, path: tuple[Step, ...]) -> Counterexample:
-    behaviour = Behaviour(process, exploration.packed, path, context.events)
-    behaviour.confirm(lambda row: not row, "a deadlock")
-    return Counterexample(
-        "deadlock",
-        behaviour.trace,
-        behaviour.causes,
-        refusal=behaviour.alphabet(),
-        components=behaviour.components(),
-        run=behaviour.run,
-        waiting_cycle=behaviour.waiting_cycle(),
-    )
 
 
 def has_trace(context: Context, process: Process, trace: Sequence[int], model: Semantics) -> Outcome:

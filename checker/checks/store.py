@@ -41,6 +41,9 @@ KEPT_BYTES = 1 << 30
 BEGINNING = 20_000
 """So many states of a process without end are looked at for something that is wrong early on."""
 
+FIRST_LOOK = 2_000
+"""So many states are looked at before a process is reduced: what is found among them is told by the shortest run."""
+
 WHOLE_NORMAL_FORM = 50_000
 """Normal forms of more nodes than this are extended node by node as the search reaches them."""
 
@@ -51,6 +54,7 @@ class Machines:
     Args:
         workers: threads for large searches.
         full: explore everything, end nothing early, merge nothing.
+        reduces: whether processes may be reduced although the script does not ask for it.
         kept_bytes: how much to keep for later.
         progress, notify: handed to the searches.
     """
@@ -60,12 +64,14 @@ class Machines:
         *,
         workers: int = 1,
         full: bool = False,
+        reduces: bool = True,
         kept_bytes: int = KEPT_BYTES,
         progress: Callable[[Progress], None] | None = None,
         notify: Callable[[str], None] | None = None,
     ) -> None:
         self.workers = workers
         self.full = full
+        self.reduces = reduces and not full
         self._kept_bytes = kept_bytes
         self._progress = progress
         self._notify = notify
@@ -131,7 +137,9 @@ class Machines:
 
     def _of_part(self, process: Process, part: Explored) -> Machines:
         """Machines for which *process* is a part of what it is."""
-        others = Machines(workers=self.workers, full=self.full, progress=self._progress, notify=self._notify)
+        others = Machines(
+            workers=self.workers, full=self.full, reduces=False, progress=self._progress, notify=self._notify
+        )
         others._beginnings[process] = pack(compile_single(process, part))
         return others
 
@@ -154,6 +162,27 @@ class Machines:
             raise Incomplete(budget.reached(exploration), exploration.levels[-1], exploration.transitions)
         return exploration.to_lts()
 
+    def first_look(self, process: Process, aim: Aim, budget: Budget) -> Exploration | None:
+        """The exploration of a process that needs few states; None if it is better reduced before it is searched on."""
+        if not self.reduces:
+            return None
+        whole: Exploration | None = self._find(("exploration", process, "everything", False))
+        if whole is not None and whole.complete:
+            return whole
+        key = ("first look", process, aim)
+        found: Exploration | None = self._find(key)
+        if found is None:
+            few = budget.narrowed(FIRST_LOOK)
+            found = self._explored(self.packed(process, budget), aim, few)
+            if found.stop in (None, "found", "states"):
+                self._keep(key, found, found.peak_memory_bytes)
+        return found if found.complete or found.stop == "found" else None
+
+    def looked_at(self, process: Process, aim: Aim) -> Exploration | None:
+        """What a first look without an answer has seen of a process."""
+        found: Exploration | None = self._find(("first look", process, aim))
+        return found
+
     def exploration(self, process: Process, aim: Aim, budget: Budget, *, original: bool = False) -> Exploration:
         """The reachable states of a process; all of them unless what is aimed at, or a limit, ended the search.
 
@@ -169,15 +198,7 @@ class Machines:
         key = ("exploration", process, aim, original)
         found: Exploration | None = self._find(key)
         if found is None:
-            found = explore(
-                self.packed(process, budget, original=original),
-                limits=budget.remaining(),
-                workers=self.workers,
-                stop_at_deadlock="deadlock" in aim,
-                stop_at_divergence="divergence" in aim,
-                progress=self._progress,
-                notify=self._notify,
-            )
+            found = self._explored(self.packed(process, budget, original=original), aim, budget)
             if found.complete:
                 key = ("exploration", process, "everything", original)
             # How far a search gets in a time is no property of the machine: the next assertion may get further.
@@ -185,6 +206,17 @@ class Machines:
                 self._keep(key, found, found.peak_memory_bytes)
         budget.used(found.peak_memory_bytes)
         return found
+
+    def _explored(self, packed: PackedNetwork, aim: Aim, budget: Budget) -> Exploration:
+        return explore(
+            packed,
+            limits=budget.remaining(),
+            workers=self.workers,
+            stop_at_deadlock="deadlock" in aim,
+            stop_at_divergence="divergence" in aim,
+            progress=self._progress,
+            notify=self._notify,
+        )
 
     def _differs(self, process: Process) -> bool:
         """Whether a process may have more states than it has with its components compressed."""

@@ -68,7 +68,8 @@ class Behaviour:
     @property
     def causes(self) -> tuple[str | None, ...]:
         """For each step the event that was hidden in it, if one was."""
-        inside = self._told.causes if self._told is not None else (None,) * len(self.path)
+        inside = self._told.causes if self._told is not None and self._has_own_taus(self.path) else ()
+        inside = inside or (None,) * len(self.path)
         causes = [self._cause(step, told) for step, told in zip(self.path, inside, strict=True)]
         return tuple(None if cause is None else self.events.name(cause) for cause in causes)
 
@@ -79,7 +80,8 @@ class Behaviour:
 
     def loop_names(self, loop: Sequence[Step]) -> tuple[str, ...]:
         """A cycle of taus by what was hidden in them; the word for tau where nothing was."""
-        inside = self._told.loop_causes if self._told is not None else (None,) * len(loop)
+        inside = self._told.loop_causes if self._told is not None and self._has_own_taus(loop) else ()
+        inside = inside or (None,) * len(loop)
         causes = [self._cause(step, told) for step, told in zip(loop, inside, strict=True)]
         return tuple(self.events.tau if cause is None else self.events.name(cause) for cause in causes)
 
@@ -222,6 +224,11 @@ class Behaviour:
     def _slot_names(self) -> list[str]:
         return distinct_names(slot.name for slot in self.packed.network.slots)
 
+    def _has_own_taus(self, steps: Iterable[Step]) -> bool:
+        """Whether some tau is a component's own, so that only the terms can tell what was hidden in it."""
+        rules = self.packed.network.rules
+        return any(step.event == TAU and rules[step.rule].cause in (TAU, TICK) for step in steps)
+
     def _cause(self, step: Step, inside: int | None) -> int | None:
         """What was hidden in a tau: by the rules, or inside a component."""
         if step.event != TAU:
@@ -262,6 +269,21 @@ class Behaviour:
             if switch is not None:
                 current = switch.format
         return current
+
+
+def deadlocked(process: Process, packed: PackedNetwork, path: tuple[Step, ...], events: EventTable) -> Counterexample:
+    """A path to a deadlock."""
+    behaviour = Behaviour(process, packed, path, events)
+    behaviour.confirm(lambda row: not row, "a deadlock")
+    return Counterexample(
+        "deadlock",
+        behaviour.trace,
+        behaviour.causes,
+        refusal=behaviour.alphabet(),
+        components=behaviour.components(),
+        run=behaviour.run,
+        waiting_cycle=behaviour.waiting_cycle(),
+    )
 
 
 def diverging(

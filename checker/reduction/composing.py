@@ -28,11 +28,13 @@ from cspcheck.checker.sparse_rows import gather_rows
 from cspcheck.checker.specification.normal_form import FailuresModel
 from cspcheck.cspm.process.events import FIRST_EVENT, TAU, TICK
 
-MOST_PRODUCT = 200_000
+MOST_PRODUCT = 50_000
 """Pairs of states past which two components are not composed."""
-MOST_MOVES = 2_000_000
+MOST_MOVES = 1_000_000
 """Transitions past which they are not."""
-KEPT_STATES = 2_000
+MOST_WORK = 3_000_000
+"""When so many transitions have been composed nothing more is."""
+KEPT_STATES = 1_000
 """A composed component with more states than this is kept only if minimising has made it a good deal smaller."""
 DIAMONDS = 300
 """Machines with more states than this are left as delay bisimulation has them."""
@@ -65,7 +67,7 @@ class Part:
         number: tells it from all others.
         lts: its machine, minimised. 0 is tau, 1 is tick; other labels mean what the rules say.
         slot: the component of the network, for a single one.
-        labels: for a single one, the label in the network's slot that each label stands for.
+        labels: for a single one, the label in the network's slot that each label stands for: (label, slot's label).
         pair: the two parts that a composed one is made of.
         joints: how these act together.
     """
@@ -73,7 +75,7 @@ class Part:
     number: int
     lts: Lts
     slot: int | None = None
-    labels: tuple[int, ...] = ()
+    labels: tuple[tuple[int, int], ...] = ()
     pair: tuple[Part, Part] | None = None
     joints: tuple[Joint, ...] = ()
 
@@ -159,8 +161,8 @@ class _Work:
             for part in live.moves:
                 self.rules_of[part].add(number)
         for part, slot in enumerate(self.network.slots):
-            lts = _relabelled(replace(slot.lts, root=self._initial(part)), labels[part])
-            names = tuple(sorted(labels[part], key=labels[part].__getitem__))
+            lts = reachable(relabelled(replace(slot.lts, root=self._initial(part)), labels[part]))
+            names = tuple((new, old) for old, new in labels[part].items())
             self.parts[part] = Part(part, self._minimal(lts), slot=part, labels=names)
 
     def _initial(self, slot: int) -> int:
@@ -199,7 +201,7 @@ class _Work:
             size, one, other = heapq.heappop(waiting)
             if one not in self.parts or other not in self.parts:
                 continue
-            if size > MOST_PRODUCT:
+            if size > MOST_PRODUCT or self.transitions > MOST_WORK:
                 break
             poll()
             number = self._compose(self.parts[one], self.parts[other])
@@ -416,9 +418,9 @@ def _without_harmless_loops(lts: Lts) -> Lts:
     return reachable(machine(lts.states, starts[kept], lts.labels[kept], lts.targets[kept], lts.root))
 
 
-def _relabelled(lts: Lts, labels: dict[int, int]) -> Lts:
+def relabelled(lts: Lts, labels: dict[int, int]) -> Lts:
     """The machine with other labels, and without the transitions that have none."""
     events, columns = np.unique(lts.labels, return_inverse=True)
     new = np.array([labels.get(event, -1) for event in events.tolist()], dtype=np.int64)[columns]
     kept = new >= 0
-    return reachable(machine(lts.states, sources(lts)[kept], new[kept], lts.targets[kept], lts.root))
+    return machine(lts.states, sources(lts)[kept], new[kept], lts.targets[kept], lts.root)

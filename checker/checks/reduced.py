@@ -1,0 +1,130 @@
+"""Answers from a network that is composed two by two and minimised in between (``reduction.composing``).
+
+A search looks at the first states of a process as they are: most questions are answered there, with the shortest
+counterexample. Where there are more states than that, the process is reduced for the question before it is searched on.
+A verdict never depends on it: what is found in a reduced space is unfolded into a run of the script's components and
+replayed, and where that does not succeed the process is searched as it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import log2
+
+from cspcheck.checker.checks.context import Context
+from cspcheck.checker.checks.store import Aim
+from cspcheck.checker.explain.behaviour import deadlocked
+from cspcheck.checker.explain.unfolding import NotUnfolded, unfolded
+from cspcheck.checker.packing.packed import PackedNetwork, pack
+from cspcheck.checker.reduction.composing import Composition, Unsuited, composed
+from cspcheck.checker.search.exploration import Exploration, explore
+from cspcheck.checker.search.paths import shortest_path
+from cspcheck.checker.specification.normal_form import FailuresModel
+from cspcheck.checker.verdict import Outcome, Verdict
+from cspcheck.cspm.process.events import FIRST_EVENT, TAU
+from cspcheck.cspm.process.terms import Process
+
+WORTH_WHILE = 2
+"""A reduced network is searched if it could have fewer states than the network by so many powers of two."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Reduced:
+    """A process reduced for a question.
+
+    Attributes:
+        original: its network.
+        composition: what is left of it.
+        packed: that, ready to be searched.
+    """
+
+    original: PackedNetwork
+    composition: Composition
+    packed: PackedNetwork
+
+    def counts(self, exploration: Exploration) -> tuple[int, int]:
+        """The states and transitions that were looked at: those composed on the way, and those of the search."""
+        return (
+            self.composition.states + int(exploration.levels[-1]),
+            self.composition.transitions + exploration.transitions,
+        )
+
+
+def everything_hidden(_: int) -> int:
+    """No event matters: deadlocks in F."""
+    return TAU
+
+
+def all_alike(_: int) -> int:
+    """It matters that something happens, not what: divergences."""
+    return FIRST_EVENT
+
+
+def as_they_are(event: int) -> int:
+    """Every event matters."""
+    return event
+
+
+def reduced(context: Context, process: Process, model: FailuresModel, visible: Callable[[int], int]) -> Reduced | None:
+    """A process reduced for a question; None where that does not make it smaller.
+
+    Raises:
+        Incomplete: the time is over.
+    """
+    original = context.machines.packed(process, context.budget)
+    if len(original.network.slots) < 2:
+        return None
+    try:
+        composition = composed(
+            original.network, model, visible, lambda: context.budget.check_time("reducing the process")
+        )
+    except Unsuited:
+        return None
+    before = sum(log2(slot.lts.states) for slot in original.network.slots)
+    after = sum(log2(slot.lts.states) for slot in composition.network.slots)
+    if after > before - WORTH_WHILE:
+        return None
+    return Reduced(original, composition, pack(composition.network))
+
+
+def reduced_search(context: Context, process: Process, aim: Aim) -> Outcome | None:
+    """Whether a process has a deadlock or a divergence, from its reduced form; None if that does not tell.
+
+    Raises:
+        Incomplete: the time is over.
+    """
+    original = context.machines.packed(process, context.budget)
+    # Where no taus can go round there is no divergence, and the order of all that happens does not matter.
+    cycles = "divergence" in aim and len(original.cycling.items) > 0
+    if aim == "divergence" and not cycles:
+        return context.budget.outcome(Verdict.PASS, None, *_looked_at(context, process, aim))
+    found = reduced(context, process, "FD", all_alike) if cycles else reduced(context, process, "F", everything_hidden)
+    if found is None:
+        return None
+    exploration = explore(
+        found.packed,
+        limits=context.budget.remaining(),
+        workers=context.machines.workers,
+        stop_at_deadlock="deadlock" in aim,
+        stop_at_divergence=cycles,
+        look_for_divergence=cycles,
+    )
+    counts = found.counts(exploration)
+    if exploration.divergence_level is None and exploration.deadlock_level is None:
+        return context.budget.outcome(Verdict.PASS, None, *counts) if exploration.complete else None
+    if exploration.deadlock_level is None or "deadlock" not in aim:
+        return None
+    path = shortest_path(exploration, exploration.deadlocked(exploration.deadlock_level))
+    try:
+        run = unfolded(found.original, found.composition, found.packed, path)
+    except NotUnfolded:
+        return None
+    counterexample = deadlocked(process, found.original, run, context.events)
+    return context.budget.outcome(Verdict.FAIL, None, *counts, counterexample)
+
+
+def _looked_at(context: Context, process: Process, aim: Aim) -> tuple[int, int]:
+    """What has been looked at so far of a process."""
+    exploration = context.machines.looked_at(process, aim)
+    return (0, 0) if exploration is None else (int(exploration.levels[-1]), exploration.transitions)
