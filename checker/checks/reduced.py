@@ -8,84 +8,15 @@ replayed, and where that does not succeed the process is searched as it is.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from math import log2
-
 from cspcheck.checker.checks.context import Context
+from cspcheck.checker.checks.reducing import all_alike, everything_hidden, reduced
 from cspcheck.checker.checks.store import Aim
 from cspcheck.checker.explain.behaviour import deadlocked
 from cspcheck.checker.explain.unfolding import NotUnfolded, unfolded
-from cspcheck.checker.packing.packed import PackedNetwork, pack
-from cspcheck.checker.reduction.composing import Composition, Unsuited, composed
-from cspcheck.checker.search.exploration import Exploration, explore
+from cspcheck.checker.search.exploration import explore
 from cspcheck.checker.search.paths import shortest_path
-from cspcheck.checker.specification.normal_form import FailuresModel
 from cspcheck.checker.verdict import Outcome, Verdict
-from cspcheck.cspm.process.events import FIRST_EVENT, TAU
 from cspcheck.cspm.process.terms import Process
-
-WORTH_WHILE = 2
-"""A reduced network is searched if it could have fewer states than the network by so many powers of two."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Reduced:
-    """A process reduced for a question.
-
-    Attributes:
-        original: its network.
-        composition: what is left of it.
-        packed: that, ready to be searched.
-    """
-
-    original: PackedNetwork
-    composition: Composition
-    packed: PackedNetwork
-
-    def counts(self, exploration: Exploration) -> tuple[int, int]:
-        """The states and transitions that were looked at: those composed on the way, and those of the search."""
-        return (
-            self.composition.states + int(exploration.levels[-1]),
-            self.composition.transitions + exploration.transitions,
-        )
-
-
-def everything_hidden(_: int) -> int:
-    """No event matters: deadlocks in F."""
-    return TAU
-
-
-def all_alike(_: int) -> int:
-    """It matters that something happens, not what: divergences."""
-    return FIRST_EVENT
-
-
-def as_they_are(event: int) -> int:
-    """Every event matters."""
-    return event
-
-
-def reduced(context: Context, process: Process, model: FailuresModel, visible: Callable[[int], int]) -> Reduced | None:
-    """A process reduced for a question; None where that does not make it smaller.
-
-    Raises:
-        Incomplete: the time is over.
-    """
-    original = context.machines.packed(process, context.budget)
-    if len(original.network.slots) < 2:
-        return None
-    try:
-        composition = composed(
-            original.network, model, visible, lambda: context.budget.check_time("reducing the process")
-        )
-    except Unsuited:
-        return None
-    before = sum(log2(slot.lts.states) for slot in original.network.slots)
-    after = sum(log2(slot.lts.states) for slot in composition.network.slots)
-    if after > before - WORTH_WHILE:
-        return None
-    return Reduced(original, composition, pack(composition.network))
 
 
 def reduced_search(context: Context, process: Process, aim: Aim) -> Outcome | None:
@@ -98,8 +29,8 @@ def reduced_search(context: Context, process: Process, aim: Aim) -> Outcome | No
     # Where no taus can go round there is no divergence, and the order of all that happens does not matter.
     cycles = "divergence" in aim and len(original.cycling.items) > 0
     if aim == "divergence" and not cycles:
-        return context.budget.outcome(Verdict.PASS, None, *_looked_at(context, process, aim))
-    found = reduced(context, process, "FD", all_alike) if cycles else reduced(context, process, "F", everything_hidden)
+        return context.budget.outcome(Verdict.PASS, None, *looked_at(context, process, aim))
+    found = reduced(original, "FD" if cycles else "F", all_alike if cycles else everything_hidden, context.budget)
     if found is None:
         return None
     exploration = explore(
@@ -124,7 +55,7 @@ def reduced_search(context: Context, process: Process, aim: Aim) -> Outcome | No
     return context.budget.outcome(Verdict.FAIL, None, *counts, counterexample)
 
 
-def _looked_at(context: Context, process: Process, aim: Aim) -> tuple[int, int]:
+def looked_at(context: Context, process: Process, aim: Aim) -> tuple[int, int]:
     """What has been looked at so far of a process."""
     exploration = context.machines.looked_at(process, aim)
     return (0, 0) if exploration is None else (int(exploration.levels[-1]), exploration.transitions)

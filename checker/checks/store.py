@@ -14,6 +14,7 @@ from typing import Any, Literal
 
 from cspcheck.checker.budget import Budget, Incomplete, coverage
 from cspcheck.checker.checks.machine_terms import MachineTerms
+from cspcheck.checker.checks.reducing import as_they_are, reduced
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.network.compiler import MOST_TERMS, Compiler, LimitReached
 from cspcheck.checker.network.skeleton import compile_single
@@ -278,7 +279,7 @@ class Machines:
         found: NormalForm | Normaliser | None = self._find(key)
         if found is None:
             try:
-                lts = self.lts(process, budget, " in the specification")
+                lts = self._specified(process, model, budget)
             except Incomplete as incomplete:
                 if budget.is_over():
                     raise
@@ -296,6 +297,20 @@ class Machines:
             self._keep(key, found, _size(found))
         budget.used(_size(found))
         return found
+
+    def _specified(self, process: Process, model: Semantics, budget: Budget) -> Lts:
+        """The machine of a specification, or a smaller one that says the same.
+
+        Raises:
+            Incomplete: a limit was reached.
+        """
+        if self.reduces and self.first_look(process, "everything", budget) is None:
+            small = reduced(self.packed(process, budget), "FD" if model == "FD" else "F", as_they_are, budget)
+            if small is not None:
+                exploration = self._explored(small.packed, "everything", budget)
+                if exploration.complete:
+                    return exploration.to_lts()
+        return self.lts(process, budget, " in the specification")
 
     def pairs(
         self,
@@ -318,8 +333,14 @@ class Machines:
         Raises:
             Incomplete: a lazy specification ran into a limit.
         """
+        return self.pairs_of(self.packed(process, budget, original=original), specification, model, budget, full=full)
+
+    def pairs_of(
+        self, packed: PackedNetwork, specification: Specification, model: Semantics, budget: Budget, *, full: bool
+    ) -> PairExploration:
+        """The reachable pairs of a specification's node and a state of a network; see :meth:`pairs`."""
         found = explore_pairs(
-            self.packed(process, budget, original=original),
+            packed,
             specification,
             model,
             full=full,

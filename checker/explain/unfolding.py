@@ -222,11 +222,11 @@ def _steps(packed: PackedNetwork, run: list[_Happening]) -> tuple[Step, ...]:
     local = list(packed.local_states(packed.initial))
     steps = []
     for happening in run:
-        number = rules.get(tuple(sorted((-1 - slot, label) for slot, label in happening.labels.items())))
-        if number is None:
+        fired = rules.get(tuple(sorted((-1 - slot, label) for slot, label in happening.labels.items())))
+        if fired is None:
             raise NotUnfolded
         for slot, target in happening.targets.items():
             local[slot] = target
         state = tuple(packed.pack(0, local).tolist())
-        steps.append(Step(packed.network.rules[number].result, number, state))
+        steps.append(Step(packed.network.rules[fired].result, fired, state))
     return tuple(steps)
