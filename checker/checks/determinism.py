@@ -20,7 +20,7 @@ from cspcheck.checker.checks.along import Along, along_original
 from cspcheck.checker.checks.context import Context, in_chunks
 from cspcheck.checker.checks.properties import divergence_found
 from cspcheck.checker.checks.reduced import looked_at
-from cspcheck.checker.checks.reducing import as_they_are, reduced
+from cspcheck.checker.checks.reducing import as_they_are, model_for, reduced
 from cspcheck.checker.checks.store import Aim
 from cspcheck.checker.explain.behaviour import visible
 from cspcheck.checker.explain.replay import can_perform, can_refuse
@@ -89,7 +89,8 @@ def _by_rules(context: Context, process: Process, aim: Aim) -> Outcome | None:
 def _reduced(context: Context, process: Process, model: FailuresModel) -> Outcome | None:
     """The outcome from a process reduced for this question; None where that does not tell."""
     budget = context.budget
-    small = reduced(context.machines.packed(process, budget), model, as_they_are, budget)
+    packed = context.machines.packed(process, budget)
+    small = reduced(packed.network, model_for(packed, model), as_they_are, budget)
     if small is None:
         return None
     exploration = explore(small.packed, limits=budget.remaining(), workers=context.machines.workers)

@@ -20,17 +20,19 @@ from cspcheck.cspm.process.terms import Process
 
 
 def reduced_search(context: Context, process: Process, aim: Aim) -> Outcome | None:
-    """Whether a process has a deadlock or a divergence, from its reduced form; None if that does not tell.
+    """Whether a process has a deadlock or a divergence, from its reduced form; None if that does not tell, or is not wanted.
 
     Raises:
         Incomplete: the time is over.
     """
-    original = context.machines.packed(process, context.budget)
+    if not context.machines.reduces:
+        return None
     # Where no taus can go round there is no divergence, and the order of all that happens does not matter.
-    cycles = "divergence" in aim and len(original.cycling.items) > 0
+    cycles = "divergence" in aim and len(context.machines.packed(process, context.budget).cycling.items) > 0
     if aim == "divergence" and not cycles:
         return context.budget.outcome(Verdict.PASS, None, *looked_at(context, process, aim))
-    found = reduced(original, "FD" if cycles else "F", all_alike if cycles else everything_hidden, context.budget)
+    network = context.machines.network(process, context.budget)
+    found = reduced(network, "FD" if cycles else "F", all_alike if cycles else everything_hidden, context.budget)
     if found is None:
         return None
     exploration = explore(
@@ -47,11 +49,12 @@ def reduced_search(context: Context, process: Process, aim: Aim) -> Outcome | No
     if exploration.deadlock_level is None or "deadlock" not in aim:
         return None
     path = shortest_path(exploration, exploration.deadlocked(exploration.deadlock_level))
+    original = context.machines.packed(process, context.budget)
     try:
-        run = unfolded(found.original, found.composition, found.packed, path)
+        run = unfolded(original, found.composition, found.packed, path)
     except NotUnfolded:
         return None
-    counterexample = deadlocked(process, found.original, run, context.events)
+    counterexample = deadlocked(process, original, run, context.events)
     return context.budget.outcome(Verdict.FAIL, None, *counts, counterexample)
 
 

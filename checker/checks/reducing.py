@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import log2
+from typing import Literal
 
 from cspcheck.checker.budget import Budget
+from cspcheck.checker.network.network import Network
 from cspcheck.checker.packing.packed import PackedNetwork, pack
 from cspcheck.checker.reduction.composing import Composition, Unsuited, composed
 from cspcheck.checker.search.exploration import Exploration
@@ -22,12 +24,10 @@ class Reduced:
     """A process reduced for a question.
 
     Attributes:
-        original: its network.
         composition: what is left of it.
         packed: that, ready to be searched.
     """
 
-    original: PackedNetwork
     composition: Composition
     packed: PackedNetwork
 
@@ -37,6 +37,11 @@ class Reduced:
             self.composition.states + int(exploration.levels[-1]),
             self.composition.transitions + exploration.transitions,
         )
+
+
+def model_for(packed: PackedNetwork, model: Literal["T", "F", "FD"]) -> FailuresModel:
+    """What must be kept for a question in a model: failures are enough where no taus can go round."""
+    return "FD" if model == "FD" and len(packed.cycling.items) else "F"
 
 
 def everything_hidden(_: int) -> int:
@@ -54,13 +59,11 @@ def as_they_are(event: int) -> int:
     return event
 
 
-def reduced(
-    original: PackedNetwork, model: FailuresModel, visible: Callable[[int], int], budget: Budget
-) -> Reduced | None:
+def reduced(network: Network, model: FailuresModel, visible: Callable[[int], int], budget: Budget) -> Reduced | None:
     """The network of a process reduced for a question; None where that does not make it smaller.
 
     Args:
-        original: the network.
+        network: the network.
         model: what must be kept; failures are enough where no taus can go round.
         visible: the event that an event counts as.
         budget: what may be used.
@@ -68,16 +71,14 @@ def reduced(
     Raises:
         Incomplete: the time is over.
     """
-    if len(original.cycling.items) == 0:
-        model = "F"
-    if len(original.network.slots) < 2:
+    if len(network.slots) < 2:
         return None
     try:
-        composition = composed(original.network, model, visible, lambda: budget.check_time("reducing the process"))
+        composition = composed(network, model, visible, lambda: budget.check_time("reducing the process"))
     except Unsuited:
         return None
-    before = sum(log2(slot.lts.states) for slot in original.network.slots)
+    before = sum(log2(slot.lts.states) for slot in network.slots)
     after = sum(log2(slot.lts.states) for slot in composition.network.slots)
     if after > before - WORTH_WHILE:
         return None
-    return Reduced(original, composition, pack(composition.network))
+    return Reduced(composition, pack(composition.network))

@@ -12,7 +12,7 @@ import numpy as np
 
 from cspcheck.checker.checks.along import along_original
 from cspcheck.checker.checks.context import Context, reached
-from cspcheck.checker.checks.reducing import as_they_are, reduced
+from cspcheck.checker.checks.reducing import as_they_are, model_for, reduced
 from cspcheck.checker.checks.store import FIRST_LOOK, Specification
 from cspcheck.checker.explain.behaviour import Behaviour, diverging, visible
 from cspcheck.checker.explain.replay import ReplayFailure, can_perform, offer, states_after
@@ -68,7 +68,8 @@ def _reduced(
 ) -> Outcome | None:
     """The outcome from an implementation reduced for this question; None where that does not tell."""
     machines, budget = context.machines, context.budget
-    small = reduced(machines.packed(implementation, budget), "FD" if model == "FD" else "F", as_they_are, budget)
+    packed = machines.packed(implementation, budget)
+    small = reduced(packed.network, model_for(packed, model), as_they_are, budget)
     if small is None:
         return None
     pairs = machines.pairs_of(small.packed, normal_form, model, budget, full=False)

@@ -14,9 +14,10 @@ from typing import Any, Literal
 
 from cspcheck.checker.budget import Budget, Incomplete, coverage
 from cspcheck.checker.checks.machine_terms import MachineTerms
-from cspcheck.checker.checks.reducing import as_they_are, reduced
+from cspcheck.checker.checks.reducing import as_they_are, model_for, reduced
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.network.compiler import MOST_TERMS, Compiler, LimitReached
+from cspcheck.checker.network.network import Network
 from cspcheck.checker.network.skeleton import compile_single
 from cspcheck.checker.packing.packed import PackedNetwork, pack
 from cspcheck.checker.search.exploration import Exploration, Progress, explore
@@ -41,6 +42,9 @@ KEPT_BYTES = 1 << 30
 
 BEGINNING = 20_000
 """So many states of a process without end are looked at for something that is wrong early on."""
+
+MANY_COMPONENTS = 256
+"""A process of more components is reduced at once where the question allows it: to lay out its states takes longer."""
 
 FIRST_LOOK = 2_000
 """So many states are looked at before a process is reduced: what is found among them is told by the shortest run."""
@@ -98,14 +102,27 @@ class Machines:
         key = ("packed", process, original)
         found: PackedNetwork | None = self._find(key)
         if found is None:
+            found = pack(self.network(process, budget, original=original))
+            if not original and not found.network.is_compressed:
+                self._keep(("packed", process, True), found, 0)
+            self._keep(key, found, 0)
+        return found
+
+    def network(self, process: Process, budget: Budget, *, original: bool = False) -> Network:
+        """The network of a process; see :meth:`packed`."""
+        original = original or self.full
+        packed: PackedNetwork | None = self._find(("packed", process, original))
+        if packed is not None:
+            return packed.network
+        key = ("network", process, original)
+        found: Network | None = self._find(key)
+        if found is None:
             compiler = self._terms.original if original else self._terms.compiler
             self._terms.budget = budget
             try:
-                found = pack(compiler.network(process, budget.limits, partial(_poll, budget)))
+                found = compiler.network(process, budget.limits, partial(_poll, budget))
             except LimitReached as reached:
                 raise Incomplete(budget.too_many_terms(reached), reached.states, endless=True) from None
-            if not original and not found.network.is_compressed:
-                self._keep(("packed", process, True), found, 0)
             self._keep(key, found, 0)
         return found
 
@@ -170,6 +187,8 @@ class Machines:
         whole: Exploration | None = self._find(("exploration", process, "everything", False))
         if whole is not None and whole.complete:
             return whole
+        if aim == "deadlock" and len(self.network(process, budget).slots) > MANY_COMPONENTS:
+            return None
         key = ("first look", process, aim)
         found: Exploration | None = self._find(key)
         if found is None:
@@ -305,7 +324,8 @@ class Machines:
             Incomplete: a limit was reached.
         """
         if self.reduces and self.first_look(process, "everything", budget) is None:
-            small = reduced(self.packed(process, budget), "FD" if model == "FD" else "F", as_they_are, budget)
+            packed = self.packed(process, budget)
+            small = reduced(packed.network, model_for(packed, model), as_they_are, budget)
             if small is not None:
                 exploration = self._explored(small.packed, "everything", budget)
                 if exploration.complete:
