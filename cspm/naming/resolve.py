@@ -383,7 +383,7 @@ class _Resolver:
 
     def _visit_classparallel(self, node: syntax.ClassParallel, scope: Scope) -> None:
         if not self.has_classes:
-            from cspcheck.cspm.oz.reading.messages import composition_without_classes
+            from cspcheck.cspm.parsing.class_messages import composition_without_classes
 
             between = node.span.source.text.find("||", node.left.span.end, node.right.span.start)
             self.report(composition_without_classes(node.span.source.span(between, between + 2)))

@@ -5,16 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
+from cspcheck.cspm.notation import extension
 from cspcheck.cspm.printing.brackets import ANYWHERE, Place, after_colon, bracketed, commas, enclosed
 from cspcheck.cspm.printing.expressions import Expressions, Printing
 from cspcheck.cspm.printing.layout import HARD, LINE, SOFT, Doc, cat, group, join, nest
-from cspcheck.cspm.recursion import deep_recursion
 from cspcheck.cspm.syntax import tree as s
-
-if TYPE_CHECKING:
-    from cspcheck.cspm.oz import syntax as z
 
 # How loosely a type may bind in a place.
 _SIMPLE: Final = Place(1)
@@ -57,19 +54,17 @@ class Printer(Expressions):
     # --- Object-Z --------------------------------------------------------------------------------------------
 
     def _paragraph(self, node: s.Paragraph) -> Printing:
-        from cspcheck.cspm.oz.syntax import Class
-        from cspcheck.cspm.oz.writing.printer import Paragraphs
+        return (yield from extension().print_paragraph(node, self))
 
-        equations: list[Doc] = []
-        if isinstance(node, Class):
-            for equation in node.equations:
-                equations.append((yield equation, ANYWHERE))
-        printer = Paragraphs(self.symbols, self._broken, self._separate)
-        printer.from_source = self._breaks is not None
-        with deep_recursion():
-            return printer.paragraph(node, equations)
+    def _claim(self, node: s.Assertion) -> Doc:
+        return extension().print_claim(node)
 
-    def _separate(self, first: s.Node, second: s.Node) -> bool:
+    @property
+    def from_source(self) -> bool:
+        """Whether the layout follows that of a source."""
+        return self._breaks is not None
+
+    def separate(self, first: s.Node, second: s.Node) -> bool:
         """Whether two conjuncts of a branch stand on lines of their own in the source, with no `and` between."""
         if self._breaks is None:
             return False
@@ -116,7 +111,7 @@ class Printer(Expressions):
         for constructor in node.constructors:
             constructors.append((yield constructor, ANYWHERE))
         keyword = "subtype" if node.subtype else "datatype"
-        broken = any(self._broken(*two) for two in pairwise(node.constructors))
+        broken = any(self.broken(*two) for two in pairwise(node.constructors))
         return group(f"{keyword} {node.name} =", nest(cat(LINE, join(cat(LINE, "| "), constructors))), broken=broken)
 
     def _print_constructor(self, node: s.Constructor, place: Place) -> Doc | Printing:
@@ -206,17 +201,6 @@ class Printer(Expressions):
 
     def _print_boolean_assertion(self, node: s.BooleanAssertion, place: Place) -> Printing:
         return (yield node.condition, ANYWHERE)
-
-    def _print_obligations(self, node: z.Obligations, place: Place) -> Doc:
-        operation = "" if node.operation is None else f": {node.operation.name}"
-        return f"{node.subject.name} :[{node.obligation or 'obligations'}]{operation}"
-
-    def _print_data_refinement(self, node: z.DataRefinement, place: Place) -> Doc:
-        direction = " :[upward]" if node.upward else ""
-        return f"{node.abstract.name} [OZ= {node.concrete.name} via {node.retrieve.name}{direction}"
-
-    def _print_subtype(self, node: z.Subtype, place: Place) -> Doc:
-        return f"{node.parent.name} [OZ= {node.child.name}"
 
     def _print_assert_option(self, node: s.AssertOption, place: Place) -> Doc | Printing:
         if node.events is not None:

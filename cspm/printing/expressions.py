@@ -86,13 +86,20 @@ class Expressions:
     def _print(self, node: s.Node, place: Place) -> Printing | Doc:
         if isinstance(node, s.Paragraph):
             return self._paragraph(node)
-        method: Callable[[s.Node, Place], Printing | Doc] = getattr(self, _method(type(node).__name__))
+        method: Callable[[s.Node, Place], Printing | Doc] | None = getattr(self, _method(type(node).__name__), None)
+        if method is None and isinstance(node, s.Assertion):
+            return self._claim(node)
+        assert method is not None
         return method(node, place)
+
+    def _claim(self, node: s.Assertion) -> Doc:
+        raise NotImplementedError  # about a declaration
 
     def _paragraph(self, node: s.Paragraph) -> Printing:
         raise NotImplementedError  # a declaration
 
-    def _broken(self, first: s.Node, second: s.Node, *, by_comment: bool = False) -> bool:
+    def broken(self, first: s.Node, second: s.Node, *, by_comment: bool = False) -> bool:
+        """Whether a line is to end between two nodes because one does in the source."""
         return self._breaks is not None and self._breaks(first, second, by_comment=by_comment)
 
     # --- operands --------------------------------------------------------------------------------------------
@@ -292,11 +299,11 @@ class Expressions:
             step = step.body
         last = yield step, replace(inside, level=STEP)
         # One step to a line if the source has it so, else as many as fit.
-        column = len(edges) > 1 and all(self._broken(*edge) for edge in edges)
+        column = len(edges) > 1 and all(self.broken(*edge) for edge in edges)
         parts: list[Doc] = []
         hanging: Doc = ""
         for chunk, edge in zip([*chunks[1:], last], edges, strict=True):
-            broken = column or self._broken(*edge, by_comment=True)
+            broken = column or self.broken(*edge, by_comment=True)
             if chunk is last and isinstance(step, s.Paren) and not broken:
                 hanging = cat(" ", chunk)
             else:
@@ -360,7 +367,7 @@ class Expressions:
             # What is in brackets hangs on them, else lines go on under the operand.
             hanging = 0 if isinstance(right, s.Paren) else min(width(operator) + 1, 4)
             parts += [LINE, operator, " ", nest(operand, hanging)]
-            broken = broken or self._broken(before, right)
+            broken = broken or self.broken(before, right)
             before = right
         doc = group(*parts, broken=broken)
         return bracketed(doc) if brackets else doc
@@ -404,9 +411,7 @@ class Expressions:
             condition = yield branch.condition, inside
             then = yield branch.then, inside
             parts += ["if ", nest(condition, 3), " then", nest(cat(LINE, then)), LINE, "else"]
-            broken = (
-                broken or self._broken(branch.condition, branch.then) or self._broken(branch.then, branch.otherwise)
-            )
+            broken = broken or self.broken(branch.condition, branch.then) or self.broken(branch.then, branch.otherwise)
             branch = branch.otherwise
             if isinstance(branch, s.If):
                 parts.append(" ")
@@ -423,7 +428,7 @@ class Expressions:
                 lines.append(HARD)
             lines.append((yield declaration, ANYWHERE))
         body = yield node.body, inside
-        broken = bool(node.declarations) and self._broken(node.declarations[-1], node.body)
+        broken = bool(node.declarations) and self.broken(node.declarations[-1], node.body)
         doc = group("let", nest(cat(LINE, *lines)), LINE, group("within", nest(cat(LINE, body))), broken=broken)
         return bracketed(doc) if brackets else doc
 

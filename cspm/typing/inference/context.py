@@ -7,6 +7,7 @@ from typing import Any
 
 from cspcheck.cspm.diagnostics import Diagnostic, Label
 from cspcheck.cspm.naming.symbols import Names, Symbol, SymbolKind
+from cspcheck.cspm.notation import extension
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.typing import messages as messages
@@ -86,9 +87,7 @@ class Context:
             Rejected: it has none.
         """
         if isinstance(node, syntax.Foreign):
-            from cspcheck.cspm.oz.processes.inferring import foreign_type
-
-            type_ = foreign_type(self, node)
+            type_ = extension().foreign_type(self, node)
         else:
             type_ = self._rules[type(node)](node)
         self.expression_types[id(node)] = type_
