@@ -9,7 +9,7 @@ from typing import Final
 
 from cspcheck.cspm.notation import extension
 from cspcheck.cspm.printing.brackets import ANYWHERE, Place, after_colon, bracketed, commas, enclosed
-from cspcheck.cspm.printing.expressions import Expressions, Printing
+from cspcheck.cspm.printing.expressions import PRINTS, Expressions, Printing
 from cspcheck.cspm.printing.layout import HARD, LINE, SOFT, Doc, cat, group, join, nest
 from cspcheck.cspm.syntax import tree as s
 
@@ -73,9 +73,11 @@ class Printer(Expressions):
 
     # --- scripts and definitions -----------------------------------------------------------------------------
 
+    @PRINTS(s.Script)
     def _print_script(self, node: s.Script, place: Place) -> Printing:
         return (yield from self.lines(node.declarations))
 
+    @PRINTS(s.FunctionDefinition)
     def _print_function_definition(self, node: s.FunctionDefinition, place: Place) -> Printing:
         clauses: list[Doc] = []
         for clause in node.clauses:
@@ -85,6 +87,7 @@ class Printer(Expressions):
             clauses.append((yield from self._definition(cat(*parts), clause, clause.body)))
         return join(HARD, clauses)
 
+    @PRINTS(s.PatternDefinition)
     def _print_pattern_definition(self, node: s.PatternDefinition, place: Place) -> Printing:
         head = yield node.pattern, ANYWHERE
         return (yield from self._definition(head, node.pattern, node.body))
@@ -95,10 +98,12 @@ class Printer(Expressions):
             return cat(head, " = ", doc)
         return group(head, " =", nest(cat(LINE, doc)))
 
+    @PRINTS(s.AnnotationDeclaration)
     def _print_annotation_declaration(self, node: s.AnnotationDeclaration, place: Place) -> Printing:
         names = ", ".join(name.name for name in node.names)
         return group(names, " ::", nest(cat(LINE, (yield node.scheme, ANYWHERE))))
 
+    @PRINTS(s.ChannelDeclaration)
     def _print_channel_declaration(self, node: s.ChannelDeclaration, place: Place) -> Printing:
         names = commas_filled([name.name for name in node.names])
         if node.fields is None:
@@ -106,6 +111,7 @@ class Printer(Expressions):
         fields = yield node.fields, ANYWHERE
         return group("channel ", nest(names, 4), " :", nest(cat(LINE, after_colon(fields)), 4))
 
+    @PRINTS(s.DatatypeDeclaration)
     def _print_datatype_declaration(self, node: s.DatatypeDeclaration, place: Place) -> Printing:
         constructors: list[Doc] = []
         for constructor in node.constructors:
@@ -114,26 +120,32 @@ class Printer(Expressions):
         broken = any(self.broken(*two) for two in pairwise(node.constructors))
         return group(f"{keyword} {node.name} =", nest(cat(LINE, join(cat(LINE, "| "), constructors))), broken=broken)
 
+    @PRINTS(s.Constructor)
     def _print_constructor(self, node: s.Constructor, place: Place) -> Doc | Printing:
         return node.name if node.fields is None else self._constructor(node.name, node.fields)
 
     def _constructor(self, name: str, fields: s.Expr) -> Printing:
         return cat(f"{name}.", (yield fields, Place(tight=True)))
 
+    @PRINTS(s.NametypeDeclaration)
     def _print_nametype_declaration(self, node: s.NametypeDeclaration, place: Place) -> Printing:
         return group(f"nametype {node.name} =", nest(cat(LINE, (yield node.body, ANYWHERE))))
 
+    @PRINTS(s.ImportDeclaration)
     def _print_import_declaration(self, node: s.ImportDeclaration, place: Place) -> Doc:
         return cat(f"{node.kind} ", nest(commas_filled([name.name for name in node.names]), 4))
 
+    @PRINTS(s.IncludeDeclaration)
     def _print_include_declaration(self, node: s.IncludeDeclaration, place: Place) -> Doc:
         return f'include "{node.path}"'
 
+    @PRINTS(s.PrintDeclaration)
     def _print_print_declaration(self, node: s.PrintDeclaration, place: Place) -> Printing:
         return cat("print ", nest((yield node.expression, ANYWHERE)))
 
     # --- modules and sections --------------------------------------------------------------------------------
 
+    @PRINTS(s.ModuleDeclaration)
     def _print_module_declaration(self, node: s.ModuleDeclaration, place: Place) -> Printing:
         header: Doc = f"module {node.name}"
         if node.parameters:
@@ -148,6 +160,7 @@ class Printer(Expressions):
             return ""
         return nest(cat(HARD, (yield from self.lines(declarations))))
 
+    @PRINTS(s.InstanceDeclaration)
     def _print_instance_declaration(self, node: s.InstanceDeclaration, place: Place) -> Printing:
         module = yield node.module, ANYWHERE
         if node.arguments:
@@ -155,6 +168,7 @@ class Printer(Expressions):
             module = cat(module, enclosed("(", arguments, ")", node.arguments))
         return cat(f"instance {node.name} = ", module)
 
+    @PRINTS(s.TimedDeclaration)
     def _print_timed_declaration(self, node: s.TimedDeclaration, place: Place) -> Printing:
         header: Doc = "Timed {"
         if node.duration is not None:
@@ -163,9 +177,11 @@ class Printer(Expressions):
 
     # --- assertions ------------------------------------------------------------------------------------------
 
+    @PRINTS(s.AssertDeclaration)
     def _print_assert_declaration(self, node: s.AssertDeclaration, place: Place) -> Printing:
         return cat("assert ", (yield node.assertion, ANYWHERE))
 
+    @PRINTS(s.NotAssertion)
     def _print_not_assertion(self, node: s.NotAssertion, place: Place) -> Printing:
         negations = 1
         inner: s.Assertion = node.inner
@@ -176,6 +192,7 @@ class Printer(Expressions):
         # Before a Boolean, `not` is an operator of the expression.
         return cat("not " * negations, bracketed(doc) if isinstance(inner, s.BooleanAssertion) else doc)
 
+    @PRINTS(s.Refinement)
     def _print_refinement(self, node: s.Refinement, place: Place) -> Printing:
         specification = yield from self._claimed(node.specification)
         implementation = yield node.implementation, ANYWHERE
@@ -184,6 +201,7 @@ class Printer(Expressions):
             specification, nest(cat(LINE, f"[{node.model}= ", nest(implementation), *(cat(LINE, o) for o in options)))
         )
 
+    @PRINTS(s.Property)
     def _print_property(self, node: s.Property, place: Place) -> Printing:
         process = yield from self._claimed(node.process)
         model = "" if node.model is None else f" [{node.model}]"
@@ -199,9 +217,11 @@ class Printer(Expressions):
         doc = yield process, ANYWHERE
         return bracketed(doc) if _begins_with_not(process) else doc
 
+    @PRINTS(s.BooleanAssertion)
     def _print_boolean_assertion(self, node: s.BooleanAssertion, place: Place) -> Printing:
         return (yield node.condition, ANYWHERE)
 
+    @PRINTS(s.AssertOption)
     def _print_assert_option(self, node: s.AssertOption, place: Place) -> Doc | Printing:
         if node.events is not None:
             return self._priority(node.events)
@@ -212,6 +232,7 @@ class Printer(Expressions):
 
     # --- types -----------------------------------------------------------------------------------------------
 
+    @PRINTS(s.TypeScheme)
     def _print_type_scheme(self, node: s.TypeScheme, place: Place) -> Printing:
         body = yield node.type, ANYWHERE
         constraints = ", ".join(f"{c.constraint} {c.variable}" for c in node.constraints)
@@ -219,23 +240,29 @@ class Printer(Expressions):
             return body
         return cat(f"({constraints})" if len(node.constraints) > 1 else constraints, " => ", body)
 
+    @PRINTS(s.TypeName)
     def _print_type_name(self, node: s.TypeName, place: Place) -> Doc:
         return "::".join(node.parts)
 
+    @PRINTS(s.SetType)
     def _print_set_type(self, node: s.SetType, place: Place) -> Printing:
         return cat("{", (yield node.element, ANYWHERE), "}")
 
+    @PRINTS(s.SequenceType)
     def _print_sequence_type(self, node: s.SequenceType, place: Place) -> Printing:
         return cat("<", (yield node.element, ANYWHERE), ">")
 
+    @PRINTS(s.TupleType)
     def _print_tuple_type(self, node: s.TupleType, place: Place) -> Printing:
         return group("(", nest(cat(SOFT, commas((yield from self._items(node.items, ANYWHERE))))), SOFT, ")")
 
+    @PRINTS(s.MapType)
     def _print_map_type(self, node: s.MapType, place: Place) -> Printing:
         key = yield node.key, _DOTTED
         value = yield node.value, ANYWHERE
         return cat("(| ", key, " => ", value, " |)")
 
+    @PRINTS(s.FunctionType)
     def _print_function_type(self, node: s.FunctionType, place: Place) -> Printing:
         # (a) -> (b) -> c is nested to the right.
         parts: list[Doc] = []
@@ -247,6 +274,7 @@ class Printer(Expressions):
         doc = cat(*parts, (yield result, _DOTABLE))
         return bracketed(doc) if place.level <= _DOTABLE.level else doc
 
+    @PRINTS(s.DotableType)
     def _print_dotable_type(self, node: s.DotableType, place: Place) -> Printing:
         parts: list[Doc] = []
         result: s.TypeExpr = node
@@ -256,6 +284,7 @@ class Printer(Expressions):
         doc = cat(*parts, (yield result, _DOTABLE))
         return bracketed(doc) if place.level <= _DOTTED.level else doc
 
+    @PRINTS(s.DotType)
     def _print_dot_type(self, node: s.DotType, place: Place) -> Printing:
         parts: list[Doc] = []
         right: s.TypeExpr = node

@@ -10,16 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from cspcheck.cspm.oz import syntax as z
 from cspcheck.cspm.oz.writing.printer_terms import ANYWHERE, Place, Terms, bracketed, enclosed, names
 from cspcheck.cspm.printing.brackets import ANYWHERE as EVERYWHERE
-from cspcheck.cspm.printing.declarations import Printer
-from cspcheck.cspm.printing.expressions import Printing
 from cspcheck.cspm.printing.layout import HARD, LINE, WIDTH, Doc, cat, group, join, lay_out, nest, width
 from cspcheck.cspm.recursion import deep_recursion
 from cspcheck.cspm.syntax import tree as s
+
+if TYPE_CHECKING:
+    from cspcheck.cspm.printing.declarations import Printer
+    from cspcheck.cspm.printing.expressions import Printing
 
 OPERATION_LEVELS: Final = {"enrich": 1, "parallel": 2, "choice": 3, "and": 4, "compose": 5, "hide": 6}
 _OPERATION_SIGNS: Final = {
