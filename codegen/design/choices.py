@@ -47,6 +47,8 @@ class Choices:
         self.names = expressions.names
         self.reserved: set[str] = set(RESERVED)
         """Names that states cannot have."""
+        self.timed: frozenset[syntax.Declaration] = frozenset()
+        """Definitions in Timed sections: time passes between their events, which only their machines show."""
         self.owner: Symbol | None = None
         """The module in which the definitions stand: None for the script itself."""
         self.states: dict[Symbol, State] = {}
@@ -358,6 +360,8 @@ class Choices:
         if isinstance(function, syntax.Name):
             symbol = self.names.symbol(function)
             known = symbol.kind in (SymbolKind.VALUE, SymbolKind.FUNCTION) and not symbol.is_local
+            if symbol.declaration in self.timed:
+                raise self.expressions.refused(node, f"`{symbol.name}`, a process in time,")
             if (known and symbol.owner is self.owner) or symbol.kind is SymbolKind.BUILTIN:
                 return symbol, node.arguments if isinstance(node, syntax.Apply) else ()
         why = f"`{' '.join(node.span.text.split())}`, which is no process defined at the top of the script"

@@ -13,6 +13,7 @@ from typing import Any
 
 import cspcheck
 from cspcheck import testing
+from cspcheck.checker.semantics.transitions import Semantics
 from cspcheck.codegen import runtime
 from cspcheck.codegen.design.pieces import InternalChoice
 from cspcheck.codegen.design.program import design
@@ -40,7 +41,7 @@ EXAMPLES: tuple[tuple[str, str, InternalChoice], ...] = (
 
 def generate(script: cspcheck.Script, process: str, folder: Path, internal_choice: InternalChoice = "refuse") -> None:
     """Write the program of a process."""
-    write(project(design(script._script, process, internal_choice), str(folder)), folder)
+    write(project(design(script._script, process, internal_choice, Semantics()), str(folder)), folder)
 
 
 @contextmanager

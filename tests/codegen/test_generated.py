@@ -10,7 +10,8 @@ import pytest
 
 import cspcheck
 from cspcheck import testing
-from cspcheck.codegen.design.program import candidates, design
+from cspcheck.codegen.design.candidates import candidates
+from cspcheck.codegen.design.program import design
 from cspcheck.codegen.emit.project import project
 from cspcheck.codegen.runtime import Memory, Program, Randomly, VirtualClock
 from tests.codegen.programs import EXAMPLES, SPECS, followed, generate, loaded, strictly_typed
