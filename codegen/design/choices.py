@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from cspcheck.codegen import messages
-from cspcheck.codegen.design.expressions import OR, TERNARY, Expressions, constant, flattened
+from cspcheck.codegen.design.expressions import OR, TERNARY, Expressions, bracketed, constant, flattened
 from cspcheck.codegen.design.naming import snake, unique
 from cspcheck.codegen.design.pieces import (
     DEEPEST,
@@ -91,7 +91,7 @@ class Choices:
             case syntax.If():
                 condition = self.expressions.text(node.condition, OR)
                 yield from self._branches(node.then, both(guard, condition), depth, restrictions)
-                otherwise = f"not ({condition})" if " " in condition else f"not {condition}"
+                otherwise = bracketed(self.expressions.negated(node.condition), OR)
                 yield from self._branches(node.otherwise, both(guard, otherwise), depth, restrictions)
             case syntax.Replicated(operator="[]"):
                 yield from self._replicated(node, guard, depth, restrictions)

@@ -139,14 +139,14 @@ class _Designer:
             for number in numbers:
                 if number in found.tables:
                     self._alphabets.of(found.leaves[number].reference, found.leaves[number].name)
-            for values in arguments:
-                for value in values:
-                    self.data.literal(value, f"the arguments of `{symbol.name}`")
             model = self.classes.find(symbol.name) if self.classes is not None else None
             if model is not None:
                 made = self._class_task(symbol, model, numbers, found, timing, modules)
             else:
                 made = self._task(symbol, numbers, found, timing, modules)
+            for values in arguments:
+                for value in values:
+                    self.data.literal(value, f"the arguments of `{symbol.name}`")
             self._define_functions()
             return made
         except ScriptError as refused:
