@@ -73,9 +73,9 @@ class _Designer:
         self._alphabets = Alphabets(script.events)
         self.rows_of: dict[int, int] = {}
         """The row in which each leaf begins whose task is a table."""
-        self.classes = None if script.specification is None else Classes(script, self.data)
+        self.classes = None if script.classes is None else Classes(script, self.data)
         self.timed = frozenset(_timed(script.tree.declarations))
-        if script.classes is not None and script.classes.context.control:
+        if script.classes is not None and script.classes.control:
             what = "classes in the control view, which drops their data"
             raise ScriptError(messages.not_generated(what, None, "leave out `view control`"))
 
