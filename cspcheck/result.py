@@ -7,20 +7,12 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING, Literal
 
-from cspcheck.checker.verdict import Counterexample, Outcome, Verdict
+from cspcheck.checker.verdict import DEFAULT_MODELS, Counterexample, Outcome, Verdict
 from cspcheck.cspm.diagnostics import Diagnostic, Severity
 from cspcheck.cspm.syntax import tree as syntax
 
 if TYPE_CHECKING:
     from cspcheck.cspm.script import Assertion
-
-DEFAULT_MODELS: dict[str, syntax.Model] = {
-    "deadlock free": "FD",
-    "divergence free": "FD",
-    "deterministic": "FD",
-    "has trace": "T",
-}
-"""The model of a property that names none."""
 
 
 INTERRUPTED = "interrupted"

@@ -25,6 +25,7 @@ from cspcheck.cspm.oz.values.evaluation import Evaluator
 from cspcheck.cspm.oz.values.substitution import substituted
 from cspcheck.cspm.oz.values.terms import primed, shape, show_term
 from cspcheck.cspm.script import Script
+from cspcheck.cspm.values.failure import Failure
 
 RESERVED = frozenset(
     {"initial", "invariant", "allows", "assignments", "anything", "snapshot", "restore", "after", "self"}
@@ -175,8 +176,8 @@ class Classes:
             return None
         try:
             values = self._evaluator(owner).enumerate(term)
-        except Exception:
-            return None
+        except Failure:
+            return None  # not finite, or not to be listed: no range to hold values against
         return tuple(sorted(values))
 
     def _real_bounds(self, term: core.Term) -> tuple[float, float] | None:
