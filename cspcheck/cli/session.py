@@ -145,7 +145,7 @@ class Session:
         return script
 
     def _check(self, script: Script, assertions: Sequence[Assertion]) -> None:
-        from cspcheck.checking import check, checker_for, unanswered
+        from cspcheck.checking import check, checker_for, covered, unanswered
 
         checker = checker_for(script, self._settings, self.progress)
         for assertion in assertions:
@@ -153,6 +153,8 @@ class Session:
             self.progress.begin(self._label + assertion.text)
             try:
                 result = check(checker, assertion)
+                if self._settings.coverage:
+                    result = covered(script, checker, assertion, result)
                 code = exit_of(result)
             except Exception as error:
                 report = self._internal_errors.report(error, f"checking `{assertion.text}`")
