@@ -198,8 +198,10 @@ class _Walk:
         declaration = _declaration(self._script.names.find(node))
         if declaration is None or id(declaration) in self._seen:
             return ()
-        function = isinstance(declaration, syntax.FunctionDefinition)
-        bodies = [clause.body for clause in declaration.clauses] if function else [declaration.body]
+        if isinstance(declaration, syntax.FunctionDefinition):
+            bodies = [clause.body for clause in declaration.clauses]
+        else:
+            bodies = [declaration.body]
         if any(id(_bare(body)) in self._evaluator.compiled or id(body) in self._evaluator.compiled for body in bodies):
             return [declaration]
         if any(isinstance(inner, syntax.Prefix) for body in bodies for inner in _inside(body)):
