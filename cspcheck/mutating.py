@@ -93,13 +93,13 @@ class Mutation:
         self.names = [script.assertions[number].text for number in self.verdicts]
 
     def _load(self, tree: syntax.Script) -> Script:
-        from cspcheck.cspm import script
+        from cspcheck.cspm import notation, script
 
         return script.load(
             tree,
             overrides=self._settings.definitions,
             typecheck=self._settings.typecheck,
-            semantics=script.Semantics(self._settings.view, self._settings.outputs),
+            semantics=notation.Semantics(self._settings.view, self._settings.outputs),
         )
 
     def changes(self) -> list[tuple[Change, syntax.Script]]:

@@ -12,11 +12,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cspcheck.checker.lts import Int64Array
+from cspcheck.checker.arrays import BoolArray, Int64Array
 from cspcheck.checker.network.network import Network, Slot
 from cspcheck.checker.packing.layout import Field
 from cspcheck.checker.search.exploration import Exploration
-from cspcheck.checker.search.walk import CHUNK, BoolArray
+from cspcheck.checker.search.walk import CHUNK
 from cspcheck.checker.semantics.derivation import NotDerivable, derive
 from cspcheck.checker.semantics.head_normal import active
 from cspcheck.checker.semantics.steps import Row, Step

@@ -15,7 +15,7 @@ from cspcheck.cspm.process.terms import Process
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.values.thunks import Code, Env
 
-_AS_VALUES = frozenset(kind for kind, code in PROCESSES.items() if VALUES.get(kind) is code)
+_AS_VALUES = frozenset(kind for kind in PROCESSES if VALUES.get(kind) is PROCESSES[kind])
 """Forms that are processes however they are compiled."""
 
 
