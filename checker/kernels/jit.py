@@ -153,8 +153,9 @@ def _compiled(notify: Callable[[str], None]) -> Kernels:
         ready = folder / "ready"
         if not (caching and ready.exists()):
             notify(f"compiling the search kernels for this machine (once, about {COMPILATION_SECONDS} s)")
-            for name in ENTRIES:
-                functions[name].compile(_signature(numba, functions[name].py_func))
+            for function in _source_functions():
+                if function.__name__ in ENTRIES:
+                    functions[function.__name__].compile(_signature(numba, function))
             if caching:
                 ready.touch()
     return Kernels(functions, compiled=True)
