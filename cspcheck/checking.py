@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Literal, Protocol
 from cspcheck.checker.verdict import Limits, Outcome, Verdict
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
 from cspcheck.cspm.source import Source
-from cspcheck.result import Result, answer
+from cspcheck.result import INTERRUPTED, Result, answer
 from cspcheck.selection import STDIN
 
 if TYPE_CHECKING:
@@ -132,7 +132,7 @@ def load(path: str, settings: Settings) -> Script:
         ScriptError: it cannot be read, or there is an error in it.
     """
     from cspcheck.cspm import script
-    from cspcheck.cspm.script import Semantics
+    from cspcheck.cspm.notation import Semantics
 
     return script.load(
         read(path),
@@ -170,6 +170,28 @@ def check(checker: Checker, assertion: Assertion, clock: Callable[[], float] = t
 def unanswered(assertion: Assertion, diagnostics: Sequence[Diagnostic], seconds: float = 0.0) -> Result:
     """The result with the verdict ``error`` for an assertion that could not be checked."""
     return answer(assertion, _nothing(Verdict.ERROR, diagnostics[0].message, seconds), diagnostics)
+
+
+def unreached(assertion: Assertion, progress: Progress | None = None, seconds: float = 0.0) -> Result:
+    """The result for an assertion that a run was interrupted before, or in the middle of, with its *progress*."""
+    if progress is None:
+        return answer(assertion, _nothing(Verdict.UNKNOWN, INTERRUPTED, seconds))
+    remark = f"{progress.states:,} states were explored, to depth {progress.depth:,}"
+    outcome = Outcome(
+        Verdict.UNKNOWN, INTERRUPTED, progress.states, 0, seconds, progress.memory_bytes, remarks=(remark,)
+    )
+    return answer(assertion, outcome)
+
+
+def outline(path: str) -> tuple[Assertion, ...]:
+    """The assertions of a script as its text has them, without loading it.
+
+    Raises:
+        ScriptError: it cannot be read.
+    """
+    from cspcheck.cspm.script import outline as assertions_of
+
+    return assertions_of(read(path))
 
 
 def _nothing(verdict: Verdict, reason: str, seconds: float) -> Outcome:
