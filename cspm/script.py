@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
 from cspcheck.cspm.evaluator import Evaluator
 from cspcheck.cspm.evaluator.frames import Frame
+from cspcheck.cspm.evaluator.recording import RecordingEvaluator
 from cspcheck.cspm.evaluator.units import Declarations
 from cspcheck.cspm.naming import messages as name_messages
 from cspcheck.cspm.naming.resolve import Names, resolve, resolve_more
@@ -68,6 +69,8 @@ class Script:
         names: Names,
         types: Types | None,
         classes: Paragraphs | None = None,
+        *,
+        recording: bool = False,
     ) -> None:
         self.source = source
         self.tree = tree
@@ -83,7 +86,7 @@ class Script:
         if classes is not None:
             self.warnings = (*classes.warnings, *self.warnings)
         self.warnings = (*tree.remarks, *self.warnings)
-        self._evaluator = Evaluator(names, Channels(self.events), types)
+        self._evaluator = (RecordingEvaluator if recording else Evaluator)(names, Channels(self.events), types)
         self._top, declared = self._evaluator.run(lambda: self._declare(tree))
         self._frames: dict[int, Frame] = {}
         if types is not None:
@@ -242,25 +245,30 @@ class Script:
 
 
 def load(
-    script: str | os.PathLike[str] | Source,
+    script: str | os.PathLike[str] | Source | syntax.Script,
     *,
     overrides: Mapping[str, str] | None = None,
     typecheck: bool = True,
     semantics: Semantics | None = None,
+    recording: bool = False,
 ) -> Script:
     """Load a script from a file, or from a text that has been read already.
 
     Args:
-        script: a path or a source; includes are found relative to its folder.
+        script: a path, a source (includes are found relative to its folder), or a tree that has been parsed already.
         overrides: expressions that replace those of top-level definitions ``NAME = ...``, by name.
         typecheck: whether types are inferred and must be right.
         semantics: how classes are read; by default with their data, outputs chosen by the class.
+        recording: whether to remember what was evaluated (:class:`.RecordingEvaluator`), for coverage.
 
     Raises:
         ScriptError: the file cannot be read, or the script is wrong.
     """
-    source = script if isinstance(script, Source) else read_source(script)
-    tree = parse(source)
+    if isinstance(script, syntax.Script):
+        source, tree = script.span.source, script
+    else:
+        source = script if isinstance(script, Source) else read_source(script)
+        tree = parse(source)
     if overrides:
         tree = _overridden(tree, overrides)
     classes: Paragraphs | None = None
@@ -272,7 +280,7 @@ def load(
         from cspcheck.cspm.typing.inference import infer
 
         types = infer(tree, names)
-    return Script(source, tree, names, types, classes)
+    return Script(source, tree, names, types, classes, recording=recording)
 
 
 def outline(source: Source) -> tuple[Assertion, ...]:

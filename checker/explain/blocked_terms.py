@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from cspcheck.checker.explain.running import Component, Running, Tree
-from cspcheck.checker.semantics.head_normal import active
 from cspcheck.checker.semantics.parallel import is_ready
 from cspcheck.checker.semantics.transitions import MoreStates, Semantics, breadth_first
 from cspcheck.cspm.process.events import TAU, TICK, EventSet
@@ -77,7 +76,7 @@ class _Waiting:
             ends = is_ready(row, clocks)
             return {event: {(tree.component, event)} for event, _ in row if event != TAU and (event != TICK or ends)}
         clocks = _clocks(state, clocks)
-        parts = [self.offers(child, q, clocks) for child, q in zip(tree.children, active(state), strict=True)]
+        parts = [self.offers(child, q, clocks) for child, q in zip(tree.children, state.active(), strict=True)]
         match state:
             case Parallel():
                 return self._joined(tree, state, parts, [state.events] * len(parts), alone=True)
@@ -108,7 +107,7 @@ class _Waiting:
     ) -> Offers:
         """Operands that perform the events of their alphabets together, others alone or not at all."""
         alphabets = list(alphabets)
-        operands = active(state)
+        operands = state.active()
         merged: Offers = {}
         for event in sorted({event for part in parts for event in part}):
             sharing = [i for i, alphabet in enumerate(alphabets) if event == TICK or event in alphabet]
@@ -158,7 +157,7 @@ class _Waiting:
     def _missing(self, tree: Tree, state: Process, event: int) -> set[Component]:
         if tree.component is not None:
             return {tree.component}
-        operands = active(state)
+        operands = state.active()
         children = list(zip(tree.children, operands, strict=True))
         match state:
             case Rename():

@@ -17,7 +17,6 @@ from cspcheck.checker.network.components import ALONE, Alone, Joined
 from cspcheck.checker.network.endings import Endings
 from cspcheck.checker.network.network import Network, Rule, Slot
 from cspcheck.checker.network.shapes import JOINING, STATIC_UNARY
-from cspcheck.checker.semantics.head_normal import active
 from cspcheck.checker.semantics.transitions import Explored
 from cspcheck.cspm.process.events import TICK
 from cspcheck.cspm.process.terms import (
@@ -191,7 +190,7 @@ class _Skeleton:
             process, place = _named(named, outer)
         if isinstance(process, JOINING):
             below, here = Joined(process.clocks), place._replace(is_part=True)
-            return _composed(process, role, [self.part(operand, below, here) for operand in active(process)])
+            return _composed(process, role, [self.part(operand, below, here) for operand in process.active()])
         if not isinstance(process, STATIC_UNARY):
             return self.component(Component(named, role, place))
         actions, ends = self.part(process.process, role, place)

@@ -34,8 +34,8 @@ from cspcheck.cspm.process.terms import (
     prefix,
 )
 from tests.checker.exploring import rows_of, strongly_bisimilar
-from tests.checker.terms import compositions, layered, processes, timed_skip
 from tests.checker.network.test_composition import assert_same_machine
+from tests.checker.terms import compositions, layered, processes, timed_skip
 
 tock, a, b = FIRST_EVENT, FIRST_EVENT + 1, FIRST_EVENT + 2
 CLOCK = EventSet.of([tock])
