@@ -15,11 +15,13 @@ from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
 from cspcheck.cspm.oz.typing.equations import check_equations, renamed_equations
-from cspcheck.cspm.oz.typing.operations import Boxes, inherited_operations
+from cspcheck.cspm.oz.typing.operations import Boxes, inherited_operations, joined_sets
 from cspcheck.cspm.oz.typing.paragraphs import Paragraphs
 from cspcheck.cspm.oz.typing.scopes import Scope, SetEntry, StateEntry, VariableEntry, whole
 from cspcheck.cspm.oz.typing.typing import Typing
 from cspcheck.cspm.oz.typing.typing_operators import Wrong
+from cspcheck.cspm.oz.values.substitution import substituted
+from cspcheck.cspm.oz.values.terms import shape
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.spelling import suggestions
 
@@ -159,7 +161,9 @@ class _Builder:
         own = boxes.operations()
         # A method that was declared without parameters has those of its schema.
         self.channels.update(boxes.channels)
-        self.operations = inherited_operations(self.operations, own, self.report)
+        joined = inherited_operations(self._aligned(self.operations), own, self.report)
+        # The sets of the channel may have become narrower since a parent's operation was made.
+        self.operations = {n: replace(o, parameters=self.channels[n].parameters) for n, o in joined.items()}
         if tree.equations:
             self.processes.append(core.ProcessPart(owner=tree.name, equations=tree.equations))
         check_equations(tree, self.channels, self.processes, own, self.report)
@@ -210,9 +214,9 @@ class _Builder:
             self.types[name] = entry
         for channel in parent.channels.values():
             self._merge_channel(channel)
-        self._merge(self.constants, parent.constants, parent.name)
-        self._merge(self.primary, parent.primary, parent.name)
-        self._merge(self.secondary, parent.secondary, parent.name)
+        self._merge(self.constants, parent.constants, parent.name, self.axioms, "constant")
+        self._merge(self.primary, parent.primary, parent.name, self.invariant, "before")
+        self._merge(self.secondary, parent.secondary, parent.name, self.invariant, "before")
         for constant in parent.constants:
             variable = core.Variable(type=constant.type, name=constant.name, role="constant", span=constant.span)
             self.scope.add(constant.name, VariableEntry(variable, constant.span))
@@ -221,16 +225,23 @@ class _Builder:
         if parent.initial is not None:
             self.initial = self.initial or []
             self._extend(self.initial, parent.initial)
-        self.operations = inherited_operations(self.operations, dict(parent.operations), self.report)
+        self.operations = inherited_operations(self.operations, self._aligned(parent.operations), self.report)
         for part in parent.processes:
             if part not in self.processes:
                 self.processes.append(part)
+
+    def _aligned(self, operations: Mapping[str, core.Operation]) -> dict[str, core.Operation]:
+        """Operations with their parameters called as the channels of this class call them."""
+        return {name: _called(operation, self.channels[name].parameters) for name, operation in operations.items()}
 
     def _extend(self, terms: list[core.Term], more: Sequence[core.Term]) -> None:
         """Add conjuncts; one that came by another way already is not repeated."""
         terms.extend(term for term in more if term not in terms)
 
-    def _merge(self, own: dict[str, D], inherited: Sequence[D], parent: str) -> None:
+    def _merge(
+        self, own: dict[str, D], inherited: Sequence[D], parent: str, known: list[core.Term], role: core.Role
+    ) -> None:
+        """Add what a parent declares; what two parents declare lies in both sets, which *known* is told."""
         for declared in inherited:
             first = own.setdefault(declared.name, declared)
             if first.type != declared.type:
@@ -239,12 +250,16 @@ class _Builder:
                         declared.name, parent, str(first.type), str(declared.type), first.span, declared.span
                     )
                 )
+            elif shape(first.carrier) != shape(declared.carrier):
+                self._extend(known, [_member(declared, role)])
 
     def _merge_channel(self, channel: core.Channel) -> None:
         first = self.channels.setdefault(channel.name, channel)
         if _types(first) != _types(channel):
             shown = (_shown(first), _shown(channel))
             self.report(messages.inherited_differently(channel.name, channel.owner, *shown, first.span, channel.span))
+        else:
+            self.channels[channel.name] = _narrowed(first, channel)
 
     def _renamed(self, parent: core.ClassModel, inherit: s.Inherit) -> core.ClassModel:
         """A parent with channels and methods called as the child wishes."""
@@ -290,6 +305,8 @@ class _Builder:
                         inherited.span,
                     )
                 )
+            elif inherited is not None and shape(inherited.carrier) != shape(constant.carrier):
+                self._extend(self.axioms, [_member(inherited, "constant")])
             self.constants[constant.name] = constant
         self._extend(self.axioms, inner.axioms)
 
@@ -334,6 +351,8 @@ class _Builder:
                         declared.name, before.owner, _shown(channel), _shown(before), declared.span, before.span
                     )
                 )
+            elif before is not None:
+                channel = _narrowed(channel, before)
             self.channels[declared.name] = channel
 
     def _state(self) -> None:
@@ -358,9 +377,9 @@ class _Builder:
                                 before.span,
                             )
                         )
-                    if before is not None and before.carrier != declared.carrier:
+                    elif before is not None and shape(before.carrier) != shape(declared.carrier):
                         # What is declared again must lie in both sets.
-                        self.invariant.append(_member(before))
+                        self._extend(self.invariant, [_member(before, "before")])
                     inherited[name] = declared
         for declared in (*self.primary.values(), *self.secondary.values()):
             secondary = declared.name in self.secondary
@@ -390,8 +409,39 @@ class _Builder:
                 self.report(messages.not_visible(name.name, self.tree.name, name.span, near))
 
 
-def _member(declared: core.Declared) -> core.Term:
-    variable = core.Variable(type=declared.type, name=declared.name, role="before", span=declared.span)
+def _called(operation: core.Operation, parameters: tuple[core.Parameter, ...]) -> core.Operation:
+    """An operation with other names for its parameters, by position."""
+    table = {
+        (old.name, old.kind): new
+        for old, new in zip(operation.parameters, parameters, strict=False)
+        if (old.name, old.kind) != (new.name, new.kind)
+    }
+    if not table:
+        return operation
+
+    def value(variable: core.Variable) -> core.Term | None:
+        new = table.get((variable.name, variable.role))  # type: ignore[arg-type]
+        return None if new is None else replace(variable, name=new.name, role=new.kind)
+
+    return replace(
+        operation,
+        parameters=parameters,
+        guard=tuple([substituted(term, value) for term in operation.guard]),
+        effect=tuple([substituted(term, value) for term in operation.effect]),
+    )
+
+
+def _narrowed(channel: core.Channel, inherited: core.Channel) -> core.Channel:
+    """A channel that is declared again: its values lie in both sets."""
+    parameters = []
+    for own, other in zip(channel.parameters, inherited.parameters, strict=True):
+        same = shape(own.carrier) == shape(other.carrier)
+        parameters.append(own if same else replace(own, carrier=joined_sets("inter", own.carrier, other.carrier)))
+    return replace(channel, parameters=tuple(parameters))
+
+
+def _member(declared: core.Declared, role: core.Role) -> core.Term:
+    variable = core.Variable(type=declared.type, name=declared.name, role=role, span=declared.span)
     return core.Apply(type=core.BOOL, operator="in", operands=(variable, declared.carrier), span=declared.span)
 
 
