@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
+from typing import TypeAlias, TypeVar
 
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.oz import core, syntax as s
@@ -17,7 +17,15 @@ from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_
 from cspcheck.cspm.oz.typing.equations import check_equations, renamed_equations
 from cspcheck.cspm.oz.typing.operations import Boxes, inherited_operations, joined_sets
 from cspcheck.cspm.oz.typing.paragraphs import Paragraphs
-from cspcheck.cspm.oz.typing.scopes import Scope, SetEntry, StateEntry, VariableEntry, whole
+from cspcheck.cspm.oz.typing.scopes import (
+    ConstructorEntry,
+    GenericEntry,
+    Scope,
+    SetEntry,
+    StateEntry,
+    VariableEntry,
+    whole,
+)
 from cspcheck.cspm.oz.typing.typing import Typing
 from cspcheck.cspm.oz.typing.typing_operators import Wrong
 from cspcheck.cspm.oz.values.substitution import substituted
@@ -27,6 +35,7 @@ from cspcheck.cspm.spelling import suggestions
 
 Report = Callable[[Diagnostic], None]
 D = TypeVar("D", bound=core.Declared)
+Definition: TypeAlias = SetEntry | GenericEntry | ConstructorEntry
 
 
 @dataclass
@@ -35,7 +44,7 @@ class _Built:
 
     model: core.ClassModel
     scope: Scope
-    types: dict[str, SetEntry] = field(default_factory=dict)
+    types: dict[str, tuple[Definition, str]] = field(default_factory=dict)
 
 
 class Classes:
@@ -124,7 +133,8 @@ class _Builder:
         self.tree = tree
         self.report = report
         self.scope = Scope(classes.scope)
-        self.types: dict[str, SetEntry] = {}
+        self.types: dict[str, tuple[Definition, str]] = {}
+        """What abbreviations and types of the class and its parents stand for, and in which class."""
         for i, generic in enumerate(tree.generics):
             term = arguments[i] if arguments else whole(classes.parameter(tree, generic.name))
             self.scope.add(generic.name, SetEntry(term, generic.span))
@@ -168,6 +178,7 @@ class _Builder:
             self.processes.append(core.ProcessPart(owner=tree.name, equations=tree.equations))
         check_equations(tree, self.channels, self.processes, own, self.report)
         self._visibility()
+        self._one_meaning()
         model = core.ClassModel(
             name=tree.name,
             span=tree.span,
@@ -209,9 +220,8 @@ class _Builder:
             return
         parent = self._renamed(built.model, inherit)
         self.parents.append(parent.name)
-        for name, entry in built.types.items():
-            self.scope.add(name, entry)
-            self.types[name] = entry
+        for name, (entry, owner) in built.types.items():
+            self._adopt(name, entry, owner)
         for channel in parent.channels.values():
             self._merge_channel(channel)
         self._merge(self.constants, parent.constants, parent.name, self.axioms, "constant")
@@ -229,6 +239,28 @@ class _Builder:
         for part in parent.processes:
             if part not in self.processes:
                 self.processes.append(part)
+
+    def _adopt(self, name: str, entry: Definition, owner: str) -> None:
+        """Take over what a name stands for in a class; two classes must agree."""
+        first, before = self.types.get(name, (entry, owner))
+        if not _same_definition(first, entry):
+            spans = (_place(entry) or self.tree.span, _place(first) or self.tree.span)
+            self.report(messages.inherited_with_another_meaning(name, *spans, (owner, before)))
+        self.scope.add(name, entry)
+        self.types[name] = entry, owner
+
+    def _one_meaning(self) -> None:
+        """Report names that are of two kinds, such as a constant that a parent has as a variable."""
+        tables: list[dict[str, Span]] = [
+            {name: _place(entry) or self.tree.span for name, (entry, _) in self.types.items()}
+        ]
+        tables += [{d.name: d.span for d in t.values()} for t in (self.constants, self.primary, self.secondary)]
+        seen: dict[str, Span] = {}
+        for table in tables:
+            for name, span in table.items():
+                first = seen.setdefault(name, span)
+                if first != span:
+                    self.report(type_messages.declared_twice(name, first, span))
 
     def _aligned(self, operations: Mapping[str, core.Operation]) -> dict[str, core.Operation]:
         """Operations with their parameters called as the channels of this class call them."""
@@ -290,8 +322,8 @@ class _Builder:
         for paragraph in self.tree.paragraphs:
             for name in _type_names(paragraph):
                 entry = self.scope.own(name)
-                if isinstance(entry, SetEntry):
-                    self.types[name] = entry
+                if isinstance(entry, SetEntry | GenericEntry | ConstructorEntry):
+                    self._adopt(name, entry, self.tree.name)
         for constant in inner.constants:
             inherited = self.constants.get(constant.name)
             if inherited is not None and inherited.type != constant.type:
@@ -453,10 +485,28 @@ def _shown(channel: core.Channel) -> str:
     return f"[{'; '.join(f'{p.name} : {p.type}' for p in channel.parameters)}]"
 
 
+def _same_definition(first: Definition, other: Definition) -> bool:
+    """Whether two classes mean the same by a name."""
+    match first, other:
+        case SetEntry(), SetEntry():
+            return shape(first.term) == shape(other.term)
+        case GenericEntry(), GenericEntry():
+            return first.abbreviation == other.abbreviation
+        case ConstructorEntry(), ConstructorEntry():
+            return first.type == other.type
+    return False
+
+
+def _place(entry: Definition) -> Span | None:
+    return entry.abbreviation.span if isinstance(entry, GenericEntry) else entry.span
+
+
 def _type_names(paragraph: s.Paragraph) -> list[str]:
     match paragraph:
         case s.GivenTypes():
             return [name.name for name in paragraph.names]
-        case s.FreeType() | s.Abbreviation() | s.Schema():
+        case s.FreeType():
+            return [paragraph.name, *[branch.name for branch in paragraph.branches]]
+        case s.Abbreviation() | s.Schema():
             return [paragraph.name]
     return []

@@ -310,7 +310,12 @@ class Boxes:
             # An operation about which nothing is said is a black box; one about which something is said is not.
             for listed in schema.delta or ():
                 if listed.name in delta and listed.name not in primed and listed.name not in forgotten:
-                    self._report(messages.never_primed(listed.name, listed.span))
+                    spoken = [n for n in map(self._states_in, self._invariant) if listed.name in n]
+                    if all(len(names) == 1 for names in spoken):
+                        self._report(messages.never_primed(listed.name, listed.span, bounded=bool(spoken)))
+
+    def _states_in(self, term: Term) -> set[str]:
+        return {name for name, role in free_variables(term) if role == "before"}
 
     # --- expressions over operations --------------------------------------------------------------------------
 
