@@ -269,6 +269,51 @@ def foreign_folder(path: str, files: Sequence[str]) -> Diagnostic:
 
 
 @mistake(
+    "CSP814",
+    "a process too large for a table",
+    explanation="""
+A process that does not read as a program (or is to run on a target that runs tables) is generated as its states and the
+events between them. Data that is counted in thousands belongs into variables, not into a table.
+""",
+    example="""
+channel c : {0..9}
+P(s) = #s < 6 & c?x -> P(s^<x>)
+SYSTEM = P(<>)
+""",
+    repair="smaller types (`-D N=2`, `reading nat = 0..3`), or a definition that can be translated as it is written",
+)
+def too_large(name: str, what: str, most: int, span: Span | None) -> Diagnostic:
+    """The machine of *name* has more than *most* of *what*."""
+    return Diagnostic(
+        "CSP814",
+        f"`{name}` has more than {most:,} {what}, too many for a table",
+        span,
+        help="give its data smaller types, or divide it into several processes",
+    )
+
+
+@mistake(
+    "CSP813",
+    "a list of generated files that names others",
+    explanation="""
+`.cspcheck-gen.json` says which files of a folder `cspcheck gen` has written; those that are not needed any more are
+removed, those that were edited are kept under another name. A list with a name that leads out of the folder was not
+written by it, so nothing is done at all.
+""",
+    example="a cloned repository whose list of generated files has `../notes.txt` in it",
+    repair="remove `.cspcheck-gen.json`, or generate into a new folder",
+)
+def strange_list(path: str, names: Sequence[str]) -> Diagnostic:
+    """The list *path* has *names* that no generation gives."""
+    shown = ", ".join(f"`{name}`" for name in names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+    return Diagnostic(
+        "CSP813",
+        f"`{path}` names {shown}, which is no file that `cspcheck gen` writes; nothing was written",
+        help="generate into a new folder, or remove the list if the files in the folder are not yours",
+    )
+
+
+@mistake(
     "CSP811",
     "a timing comment that is not understood",
     explanation="""

@@ -16,7 +16,7 @@ it is used.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from cspcheck.cspm.process.events import TICK
 from cspcheck.following import Departure, Follower
@@ -26,7 +26,26 @@ if TYPE_CHECKING:
     from hypothesis.strategies import SearchStrategy
 
     from cspcheck.api import Script
-    from cspcheck.codegen.runtime import Record
+
+
+class Recorded(Protocol):
+    """What the runtime of a program says of an event; every program has a runtime of its own."""
+
+    @property
+    def event(self) -> str:
+        """The event as the script writes it."""
+
+    @property
+    def hidden(self) -> bool:
+        """Whether it is hidden."""
+
+    @property
+    def inner(self) -> bool:
+        """Whether a part of the composition hides it, not the whole."""
+
+    @property
+    def terminated(self) -> bool:
+        """Whether it is successful termination, whatever events are called."""
 
 
 class Departed(AssertionError):
@@ -50,7 +69,7 @@ class _Following:
         self.events = 0
         """How many events have been followed."""
 
-    def record(self, record: Record) -> None:
+    def record(self, record: Recorded) -> None:
         """Follow an event.
 
         Raises:
@@ -58,7 +77,7 @@ class _Following:
         """
         if not self._follower.follows(record.event, record.hidden, record.inner):
             return
-        departure = self._follower.step(record.event)
+        departure = self._follower.step(record.event, terminated=record.terminated)
         if departure is not None:
             raise Departed(self._process, departure)
         self.events += 1
@@ -106,7 +125,7 @@ def traces(script: Script, process: str, *, max_length: int = 30) -> SearchStrat
             event = draw(st.sampled_from(allowed))
             follower.step(event)
             events.append(event)
-            if event == "tick":
+            if event == script._script.events.tick:
                 break
         return events
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from cspcheck.checker.explain.running import Component, Running, Tree
-from cspcheck.checker.semantics.head_normal import active
 from cspcheck.checker.semantics.parallel import has_terminated
 from cspcheck.checker.semantics.transitions import MoreStates, Semantics, breadth_first
 from cspcheck.cspm.process.events import TAU, TICK, EventSet
@@ -64,7 +63,7 @@ class _Waiting:
             # Who could still do something else terminates by itself, by a tau.
             ends = has_terminated(row)
             return {event: {(tree.component, event)} for event, _ in row if event != TAU and (event != TICK or ends)}
-        parts = [self.offers(child, operand) for child, operand in zip(tree.children, active(state), strict=True)]
+        parts = [self.offers(child, operand) for child, operand in zip(tree.children, state.active(), strict=True)]
         match state:
             case Parallel():
                 return self._joined(tree, state, parts, [state.events] * len(parts), alone=True)
@@ -95,7 +94,7 @@ class _Waiting:
     ) -> Offers:
         """Operands that perform the events of their alphabets together, others alone or not at all."""
         alphabets = list(alphabets)
-        operands = active(state)
+        operands = state.active()
         merged: Offers = {}
         for event in sorted({event for part in parts for event in part}):
             sharing = [i for i, alphabet in enumerate(alphabets) if event == TICK or event in alphabet]
@@ -145,7 +144,7 @@ class _Waiting:
     def _missing(self, tree: Tree, state: Process, event: int) -> set[Component]:
         if tree.component is not None:
             return {tree.component}
-        operands = active(state)
+        operands = state.active()
         children = list(zip(tree.children, operands, strict=True))
         match state:
             case Rename():

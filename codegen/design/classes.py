@@ -16,13 +16,16 @@ from cspcheck.codegen.design.expressions import AND, TERNARY
 from cspcheck.codegen.design.naming import safe, snake, unique
 from cspcheck.codegen.design.pieces import RESERVED as TASK_RESERVED, Lines
 from cspcheck.codegen.design.predicates import Key, Terms, keys_in, ways
+from cspcheck.codegen.quoting import literal, phrase
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.processes.classes import context_of
 from cspcheck.cspm.oz.processes.nodes import CarrierSet
 from cspcheck.cspm.oz.values.evaluation import Evaluator
 from cspcheck.cspm.oz.values.substitution import substituted
 from cspcheck.cspm.oz.values.terms import primed, shape, show_term
 from cspcheck.cspm.script import Script
+from cspcheck.cspm.values.failure import Failure
 
 RESERVED = frozenset(
     {"initial", "invariant", "allows", "assignments", "anything", "snapshot", "restore", "after", "self"}
@@ -74,9 +77,11 @@ class Classes:
     """Designs the classes of a script."""
 
     def __init__(self, script: Script, data: Data) -> None:
-        specification = script.specification
-        assert specification is not None
+        context = context_of(script)
+        assert context is not None
+        specification = context.specification
         self.script = script
+        self.context = context
         self.data = data
         self.specification = specification
         self._named = dict(self._abbreviations())
@@ -115,8 +120,8 @@ class Classes:
         return self._carrier(term, owner, None)
 
     def _carrier(self, term: core.Term, owner: str, name: str | None) -> str:
-        suffix = "" if name is None else f', "{name}"'
-        called = "" if name is None else f', name="{name}"'
+        suffix = "" if name is None else f", {literal(name)}"
+        called = "" if name is None else f", name={literal(name)}"
         if isinstance(term, core.Apply):
             match term.operator:
                 case "range":
@@ -163,8 +168,7 @@ class Classes:
         return value
 
     def _evaluator(self, owner: str) -> Evaluator:
-        assert self.script.classes is not None
-        return self.script.classes.context.evaluator(owner)
+        return self.context.evaluator(owner)
 
     def _listed(self, term: core.Term, owner: str) -> tuple[int, ...] | None:
         """The values of a finite set of integers."""
@@ -172,8 +176,8 @@ class Classes:
             return None
         try:
             values = self._evaluator(owner).enumerate(term)
-        except Exception:
-            return None
+        except Failure:
+            return None  # not finite, or not to be listed: no range to hold values against
         return tuple(sorted(values))
 
     def _real_bounds(self, term: core.Term) -> tuple[float, float] | None:
@@ -277,7 +281,7 @@ class _ClassDesigner:
             text = self._all(model.invariant)
             self.out.add("")
             with self.out.block("def invariant(self) -> bool:"):
-                self.out.add(f'"""`{_shown(model.invariant)}`."""', f"return {text}")
+                self.out.add(_doc(model.invariant), f"return {text}")
         self._initial()
         operations = tuple([self._operation(channel) for channel in model.channels.values()])
         return ClassDesign(model.name, variables, tuple(self.out.lines), operations)
@@ -300,7 +304,7 @@ class _ClassDesigner:
         wanted = frozenset(("after", name) for name in self.names)
         self.out.add("")
         with self.out.block("def initial(self) -> Outcomes:"):
-            self.out.add(f'"""`{_shown(model.initial or ())}`."""')
+            self.out.add(_doc(model.initial or ()))
             self._outcomes(predicates, wanted, ())
 
     def _operation(self, channel: core.Channel) -> OperationDesign:
@@ -332,7 +336,7 @@ class _ClassDesigner:
             text = self._all(operation.guard)
             self.out.add("")
             with self.out.block(f"def {guard}(self{head}) -> bool:"):
-                self.out.add(f'"""`{_shown(operation.guard)}`."""', f"return {text}")
+                self.out.add(_doc(operation.guard), f"return {text}")
         predicates = operation.effect
         changed = [*operation.delta]
         if model.secondary and changed:
@@ -342,7 +346,7 @@ class _ClassDesigner:
         wanted = frozenset([("after", v) for v in changed] + [("output", o) for o in outputs])
         self.out.add("")
         with self.out.block(f"def {method}(self{head}) -> Outcomes:"):
-            self.out.add(f'"""`{_shown(operation.effect)}`."""')
+            self.out.add(_doc(operation.effect))
             determined = self._outcomes(predicates, wanted, outputs)
         gives: tuple[tuple[str, str], ...] = ()
         post = None
@@ -356,7 +360,7 @@ class _ClassDesigner:
             text = self._all(operation.effect)
             self.out.add("")
             with self.out.block(f"def {post}(self{whole}, after: Any) -> bool:"):
-                self.out.add(f'"""`{_shown(operation.effect)}`."""', f"return bool({text})")
+                self.out.add(_doc(operation.effect), f"return {_truth(text)}")
         text = _shown((*operation.guard, *operation.effect))
         return OperationDesign(name, method, attribute, kinds, guard, gives, post, tuple(notes), own, text)
 
@@ -376,7 +380,7 @@ class _ClassDesigner:
                 tests = [terms.text(substituted(test, value_of), strength) for test in way.tests]
                 given = [terms.text(substituted(way.values["output", name], value_of)) for name in outputs]
                 after = [
-                    f'"{self.names[name]}": {terms.text(substituted(term, value_of))}'
+                    f"{literal(self.names[name])}: {terms.text(substituted(term, value_of))}"
                     for (role, name), term in way.values.items()
                     if role == "after"
                 ]
@@ -410,7 +414,7 @@ class _ClassDesigner:
             )
             type_ = self.classes.carrier(parameter.carrier, self.model.name)
             heads.append(f"for {self.parameters[name]} in sorted({type_}.all(), key=repr):")
-        heads.append(f"for after in self.assignments({', '.join(repr(v) for v in variables)}):".replace("'", '"'))
+        heads.append(f"for after in self.assignments({', '.join(map(literal, variables))}):")
         given = [self.parameters[name] for name in outputs]
         shown = f"({', '.join(given)}{',' if len(given) == 1 else ''}), " if given else "after="
         line = f"yield Outcome({shown}vars(after))"
@@ -429,8 +433,18 @@ class _ClassDesigner:
 
 def _shown(terms: tuple[core.Term, ...]) -> str:
     text = " and ".join(show_term(term) for term in terms) or "true"
-    text = " ".join(text.split()).replace("\\", "\\\\").replace('"""', "'''")
+    text = " ".join(text.split())
     return text if len(text) <= 90 else f"{text[:87].rstrip()}..."
+
+
+def _truth(text: str) -> str:
+    """A condition as a truth value; what speaks of after-values has no type of its own."""
+    return text if text in ("True", "False") else f"bool({text})"
+
+
+def _doc(terms: tuple[core.Term, ...]) -> str:
+    """A docstring that shows predicates."""
+    return f'"""`{phrase(_shown(terms))}`."""'
 
 
 def _real(term: core.Term) -> float | None:

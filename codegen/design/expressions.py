@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from cspcheck.codegen import messages
 from cspcheck.codegen.design.data import Data
 from cspcheck.codegen.design.naming import safe, unique
+from cspcheck.codegen.quoting import literal, literals
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
 from cspcheck.cspm.printing.printer import print_expression
@@ -105,7 +106,7 @@ class Expressions:
             case syntax.Paren():
                 return self.code(node.inner)
             case syntax.LiteralExpr():
-                return (repr(node.value), ATOM)
+                return (constant(node), ATOM)
             case syntax.Name():
                 return self._name(node)
             case syntax.Binary():
@@ -233,8 +234,28 @@ class Expressions:
             case "-":
                 return (f"-{self.text(node.operand, UNARY)}", UNARY)
             case "not":
-                return (f"not {self.text(node.operand, NOT)}", NOT)
+                return self.negated(node.operand)
         return (f"len({self.text(node.operand)})", ATOM)
+
+    def negated(self, node: syntax.Expr) -> Code:
+        """That something does not hold, as a person writes it."""
+        while isinstance(node, syntax.Paren):
+            node = node.inner
+        match node:
+            case syntax.Unary(operator="not"):
+                return self.code(node.operand)
+            case syntax.Binary(operator="==" | "!=" as operator):
+                left, right = self.text(node.left, COMPARE + 1), self.text(node.right, COMPARE + 1)
+                return (f"{left} {'!=' if operator == '==' else '=='} {right}", COMPARE)
+            case syntax.Apply(function=syntax.Name() as function) if self.names.symbol(
+                function
+            ).kind is SymbolKind.BUILTIN and len(node.arguments) in (1, 2):
+                if function.text in ("null", "empty"):
+                    return (f"len({self.text(node.arguments[0])}) > 0", COMPARE)
+                if function.text in ("member", "elem"):
+                    value, collection = (self.text(argument, COMPARE + 1) for argument in node.arguments)
+                    return (f"{value} not in {collection}", COMPARE)
+        return (f"not {self.text(node, NOT)}", NOT)
 
     def _display(
         self,
@@ -319,6 +340,13 @@ class Expressions:
             operator = {"union": "|", "inter": "&", "diff": "-"}[name]
             return (f"{self.text(arguments[0], ATOM)} {operator} {self.text(arguments[1], ATOM)}", SET_OR)
         raise self.refused(node, f"the function `{name}`")
+
+
+def constant(node: syntax.LiteralExpr | syntax.LiteralPattern) -> str:
+    """A literal of the script as one of Python; a text is the sequence of its characters."""
+    if not isinstance(node.value, str):
+        return repr(node.value)
+    return literal(node.value) if node.kind == "char" else f"({literals(list(node.value))})"
 
 
 def flattened(node: syntax.Expr) -> list[syntax.Expr]:

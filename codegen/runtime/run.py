@@ -17,12 +17,12 @@ from collections.abc import Sequence
 from heapq import heappop, heappush
 from typing import Protocol
 
-from cspcheck.codegen.runtime.alternation import Board, Choice, Commit, Policy, agreed
-from cspcheck.codegen.runtime.channel import ANY, Offer, OneOf, Values, WrongOffer
-from cspcheck.codegen.runtime.clock import Clock, MonotonicClock
-from cspcheck.codegen.runtime.recorder import Record, Recorder
-from cspcheck.codegen.runtime.task import Stopped, Task
-from cspcheck.codegen.runtime.waiting import deadlock
+from .alternation import Board, Choice, Commit, Policy, agreed
+from .channel import ANY, Offer, OneOf, Values, WrongOffer
+from .clock import Clock, MonotonicClock
+from .recorder import Record, Recorder
+from .task import Stopped, Task
+from .waiting import deadlock
 
 Outcome = Choice | Stopped
 """What a task that waited is told."""
@@ -91,6 +91,8 @@ class Run:
         self._closed = False
         self.over = threading.Event()
         """Set when nothing will happen any more."""
+        self.current: str | None = None
+        """The task that runs, or ran last, where one thread carries them all."""
         self._ready: list[tuple[int, int, Party]] = []
         self._queued = 0
 
@@ -213,7 +215,9 @@ class Run:
             self._ended[party.task.name] = None
             self._running -= 1
             if error is not None and not isinstance(error, Stopped):
-                error.add_note(f"in the task {party.task.name}")
+                note = f"in the task {party.task.name}"
+                if note not in getattr(error, "__notes__", ()):  # the same error may be raised run after run
+                    error.add_note(note)
                 self._close(error)
             if self.serial:
                 self._pass_on()
@@ -237,6 +241,15 @@ class Run:
         with self._lock:
             return self._policy.decide(task, ways)
 
+    def wait(self) -> None:
+        """Wait until nothing will happen any more; a task that never comes back does not keep that from being so."""
+        if self._until is None or not isinstance(self.clock, MonotonicClock):
+            self.over.wait()
+            return
+        while not self.over.wait(max(0.0, self._until - self.clock.now())):
+            if self.clock.now() >= self._until:
+                self.stop()
+
     def stop(self, failure: BaseException | None = None) -> None:
         """End the run: every task gets :class:`Stopped` where it waits or next comes to wait."""
         with self._lock:
@@ -253,6 +266,8 @@ class Run:
         """
         if not commits:
             return False
+        if len(commits) > 1:
+            commits = _first_ranks(commits)
         commit = self._policy.choose(commits, self._priorities)
         names = [task for task, _ in commit.parts]
         offers = self._board.waiting
@@ -343,8 +358,9 @@ class Run:
             return
         if not self._board.waiting:
             self.terminated = True
+            end = Record(self.events, self.clock.now(), "tick", "tick", (), (), hidden=False, terminated=True)
             try:
-                self._recorder.record(Record(self.events, self.clock.now(), "tick", "tick", (), (), False))
+                self._recorder.record(end)
             except Exception as error:
                 self.failure = error
             self._closed = True
@@ -368,3 +384,12 @@ class Run:
             else:
                 self._running += 1
                 party.gate.open()
+
+
+def _first_ranks(commits: Sequence[Commit]) -> Sequence[Commit]:
+    """The events that no possible event of a lower rank comes before."""
+    ranks = [commit.channel.rank for commit in commits if commit.channel.rank is not None]
+    if not ranks:
+        return commits
+    first = min(ranks)
+    return [commit for commit in commits if commit.channel.rank is None or commit.channel.rank <= first]
