@@ -238,6 +238,7 @@ class Composition:
             assert isinstance(head, ChannelHead)
             heads[name] = (node.model.channels[name], head)
         self.events = _Events(heads, _conversion(evaluator, node, frame))
+        self.clocks = evaluator.channels.table.clocks
         alphabets = Alphabets(names)
         by_symbol = {symbol: name for name, symbol in symbols.items()}
         self.mentioned = [
@@ -287,10 +288,10 @@ class Composition:
     def _beside(self, control: Process, data: Process, synchronised: EventSet) -> Process:
         """The CSP part beside the data part, which terminates when that does."""
         if not self.terminates:
-            return process.Fused(process.Parallel(synchronised, (control, data)))
+            return process.Fused(process.Parallel(synchronised, (control, data), self.clocks))
         done = EventSet.of([self.done])
         ending = process.Sequential(control, process.prefix(self.done, process.SKIP))
-        return process.Fused(process.hide(process.Parallel(synchronised | done, (ending, data)), done))
+        return process.Fused(process.hide(process.Parallel(synchronised | done, (ending, data), self.clocks), done))
 
     def _control(self, mains: Sequence[Process]) -> Process | None:
         """The CSP parts side by side, on the events that they have in common."""
@@ -301,7 +302,7 @@ class Composition:
                 whole = part
             else:
                 common = [name for name in mentioned if name in known]
-                whole = process.Parallel(self.events.all(common), (whole, part))
+                whole = process.Parallel(self.events.all(common), (whole, part), self.clocks)
             known.update(mentioned)
         foreign = self.foreign()
         # A partner that has terminated already refuses them for ever, and lets the rest terminate.
@@ -334,7 +335,7 @@ def _class_parallel(evaluator: Evaluator, node: syntax.ClassParallel, frame: Fra
 
     def join(env: Env) -> Process:
         shared = EventSet([_range_of(_channel(frame, symbol)) for symbol in common])
-        return process.Parallel(shared, (left(env), right(env)))
+        return process.Parallel(shared, (left(env), right(env)), evaluator.channels.table.clocks)
 
     return join
 
