@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from cspcheck.checker.arrays import Int64Array
 from cspcheck.checker.budget import Incomplete
 from cspcheck.checker.checks.along import Along, along_original
 from cspcheck.checker.checks.context import Context, in_chunks
@@ -25,7 +26,7 @@ from cspcheck.checker.checks.store import Aim
 from cspcheck.checker.explain.behaviour import visible
 from cspcheck.checker.explain.replay import can_perform, can_refuse
 from cspcheck.checker.kernels.arrays import MAY_BRANCH
-from cspcheck.checker.lts import Int64Array, Lts
+from cspcheck.checker.lts import Lts
 from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.search.exploration import Exploration, explore
 from cspcheck.checker.search.paths import shortest_path

@@ -13,11 +13,10 @@ from dataclasses import replace
 from typing import Literal
 
 from cspcheck.checker.budget import Budget, Incomplete
-from cspcheck.checker.lts import Lts
+from cspcheck.checker.lts import Lts, reachable
 from cspcheck.checker.network.compiler import Compiler, LimitReached
 from cspcheck.checker.reduction.bisimulation import strong_bisimulation
 from cspcheck.checker.reduction.compression import COMPRESSIONS
-from cspcheck.checker.reduction.partition import reachable
 from cspcheck.checker.reduction.priority import prioritised, prioritised_by_order
 from cspcheck.checker.semantics.external import FOLLOWING
 from cspcheck.checker.semantics.machine_states import ExplicitMachine

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from cspcheck.checker.arrays import BoolArray
 from cspcheck.checker.checks.along import Along, Offers, along_original
 from cspcheck.checker.checks.context import Context, reached
 from cspcheck.checker.checks.reduced import reduced_search
@@ -19,7 +20,7 @@ from cspcheck.checker.explain.replay import can_perform, can_refuse
 from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.search.paths import Step, shortest_path
 from cspcheck.checker.semantics.steps import Row
-from cspcheck.checker.specification.normal_form import BoolArray, FailuresModel, Semantics
+from cspcheck.checker.specification.normal_form import FailuresModel, Semantics
 from cspcheck.checker.verdict import Counterexample, Outcome, Verdict
 from cspcheck.cspm.process.terms import Process
 

@@ -20,7 +20,9 @@ from cspcheck.cspm.process.terms import Process
 
 
 def reduced_search(context: Context, process: Process, aim: Aim) -> Outcome | None:
-    """Whether a process has a deadlock or a divergence, from its reduced form; None if that does not tell, or is not wanted.
+    """Whether a process has a deadlock or a divergence, from its reduced form; None if that does not tell.
+
+    None also where nothing is to be reduced.
 
     Raises:
         Incomplete: the time is over.

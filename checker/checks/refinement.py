@@ -15,11 +15,12 @@ from cspcheck.checker.checks.context import Context, reached
 from cspcheck.checker.checks.reducing import as_they_are, model_for, reduced
 from cspcheck.checker.checks.store import FIRST_LOOK, Specification
 from cspcheck.checker.explain.behaviour import Behaviour, diverging, visible
-from cspcheck.checker.explain.replay import ReplayFailure, can_perform, offer, states_after
+from cspcheck.checker.explain.replay import ReplayFailure, can_perform, states_after
 from cspcheck.checker.explain.specification_run import specification_run
 from cspcheck.checker.search.pair_search import PairExploration, Violation
 from cspcheck.checker.search.paths import Step, shortest_path
 from cspcheck.checker.semantics.steps import Row
+from cspcheck.checker.semantics.transitions import offer
 from cspcheck.checker.specification.normal_form import Semantics
 from cspcheck.checker.verdict import Counterexample, Outcome, Verdict
 from cspcheck.cspm.process.events import TICK

@@ -27,7 +27,6 @@ from cspcheck.checker.network.skeleton import (
     is_component,
 )
 from cspcheck.checker.semantics.growth import too_many
-from cspcheck.checker.semantics.head_normal import active
 from cspcheck.checker.semantics.machine_states import MachineParts
 from cspcheck.checker.semantics.transitions import Explored, LimitReached, MoreStates, Poll, Semantics
 from cspcheck.checker.verdict import Limits
@@ -57,7 +56,7 @@ class Compiler:
         self.semantics = semantics or Semantics()
         self._slot_states = slot_states
         self._machines = Machines(self.semantics)
-        self._has_machines = MachineParts(active)
+        self._has_machines = MachineParts()
 
     def network(
         self,

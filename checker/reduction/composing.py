@@ -19,11 +19,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from cspcheck.checker.lts import Int64Array, Lts
+from cspcheck.checker.arrays import Int64Array
+from cspcheck.checker.lts import Lts, machine, reachable, sources
 from cspcheck.checker.network.network import Network, Rule, Slot
 from cspcheck.checker.reduction.bisimulation import delay_bisimulation, factor_tau_loops, strong_bisimulation
 from cspcheck.checker.reduction.compression import eliminate_diamonds
-from cspcheck.checker.reduction.partition import machine, reachable, sources
 from cspcheck.checker.sparse_rows import gather_rows
 from cspcheck.checker.specification.normal_form import FailuresModel
 from cspcheck.cspm.process.events import FIRST_EVENT, TAU, TICK

@@ -10,9 +10,8 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from cspcheck.checker.lts import Lts
-from cspcheck.checker.reduction.partition import reachable, sources
-from cspcheck.checker.specification.normal_form import BoolArray
+from cspcheck.checker.arrays import BoolArray
+from cspcheck.checker.lts import Lts, reachable, sources
 from cspcheck.cspm.process.events import TAU, TICK, EventSet
 
 

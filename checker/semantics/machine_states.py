@@ -62,8 +62,7 @@ class ExplicitMachine:
 class MachineParts:
     """Tells which terms have a state of a machine among their running parts."""
 
-    def __init__(self, active: Callable[[Process], tuple[Process, ...]]) -> None:
-        self._active = active
+    def __init__(self) -> None:
         self._known: dict[Process, bool] = {}
 
     def __call__(self, term: Process) -> bool:
@@ -77,7 +76,7 @@ class MachineParts:
             elif isinstance(part, MachineState):
                 known[part] = True
             else:
-                operands = self._active(part)
+                operands = part.active()
                 missing = [q for q in operands if q not in known]
                 if missing and not any(known.get(q) for q in operands):
                     pending.extend(missing)

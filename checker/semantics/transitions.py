@@ -15,17 +15,19 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cspcheck.checker.budget import LimitReached
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.messages import nested_functions
 from cspcheck.checker.semantics.external import FOLLOWING, watch
-from cspcheck.checker.semantics.growth import LimitReached, too_many
-from cspcheck.checker.semantics.head_normal import HeadNormalForms, active
+from cspcheck.checker.semantics.growth import too_many
+from cspcheck.checker.semantics.head_normal import HeadNormalForms
 from cspcheck.checker.semantics.machine_states import Compile
 from cspcheck.checker.semantics.parallel import CONCURRENT_RULES
 from cspcheck.checker.semantics.sequential import SEQUENTIAL_RULES
 from cspcheck.checker.semantics.steps import Row, Step
 from cspcheck.checker.verdict import Limits
 from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.process.events import TAU, TICK
 from cspcheck.cspm.process.terms import External, Prioritised, Process, Watchdog
 
 __all__ = [
@@ -95,7 +97,7 @@ class Semantics:
         delegate = self._delegate(state) if self._has_delegates else None
         if delegate is not None:
             return delegate.transitions(state)
-        todo = [operand for operand in active(state) if operand not in known]
+        todo = [operand for operand in state.active() if operand not in known]
         while todo:
             term = todo[-1]
             if term in known:
@@ -106,7 +108,7 @@ class Semantics:
                 known[term] = delegate.transitions(term)
                 todo.pop()
                 continue
-            missing = [operand for operand in active(term) if operand not in known]
+            missing = [operand for operand in term.active() if operand not in known]
             if missing:
                 todo.extend(missing)
             else:
@@ -130,7 +132,7 @@ class Semantics:
 
     def _apply(self, term: Process) -> Row:
         known = self._known
-        steps = self.applied(term, [known[operand] for operand in active(term)])
+        steps = self.applied(term, [known[operand] for operand in term.active()])
         return tuple(sorted(dict.fromkeys(steps), key=_event)) if len(steps) > 1 else tuple(steps)
 
     def _followed(self, term: External | Watchdog) -> list[Step]:
@@ -252,3 +254,14 @@ def breadth_first(
             poll(len(terms))
     lts = Lts(np.array(offsets, np.int64), np.array(labels, np.int64), np.array(targets, np.int64))
     return Explored(lts, tuple(terms))
+
+
+def offer(row: Row) -> frozenset[int] | None:
+    """What a state with these transitions can be relied on to perform: its acceptance.
+
+    {tick} if it can tick, else everything if it is stable, else None.
+    """
+    events = frozenset(event for event, _ in row)
+    if TICK in events:
+        return frozenset({TICK})
+    return None if TAU in events else events

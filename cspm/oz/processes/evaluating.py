@@ -6,9 +6,10 @@ Imported when a script has classes; the rules below then join those of the langu
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import product
 from typing import Any
 
-from cspcheck.cspm.evaluator.core import DELAYED, PROCESSES, VALUES, Evaluator, compiles
+from cspcheck.cspm.evaluator.core import DELAYED, PROCESSES, VALUES, Evaluator
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.naming.symbols import Names, Symbol
 from cspcheck.cspm.oz import core
@@ -77,8 +78,8 @@ class WideSet(Set):
         return show_term(self._term)
 
 
-@compiles(VALUES, CarrierSet)
-@compiles(DELAYED, CarrierSet)
+@VALUES(CarrierSet)
+@DELAYED(CarrierSet)
 def _carrier_set(evaluator: Evaluator, node: CarrierSet, frame: Frame) -> Code:
     kept: list[Set] = []
 
@@ -127,8 +128,8 @@ def _converted_member(
     return lambda value: test(scope.frame(), conversion.from_cspm(value, element))
 
 
-@compiles(VALUES, ConstantValue)
-@compiles(DELAYED, ConstantValue)
+@VALUES(ConstantValue)
+@DELAYED(ConstantValue)
 def _constant_value(evaluator: Evaluator, node: ConstantValue, frame: Frame) -> Code:
     def find(env: Env) -> Any:
         value = node.context.evaluator(node.owner).constants[node.name]
@@ -174,6 +175,17 @@ class _Events:
             self._values[channel] = found
         return self._values[channel]
 
+    def declared(self, channel: str, terms: TermEvaluator) -> list[int]:
+        """The events of a channel whose values are those that the class itself declares."""
+        scope = Scope()
+        declared, _ = self._channels[channel]
+        chosen = []
+        for parameter, values in zip(declared.parameters, self.values(channel) or (), strict=True):
+            inside = membership(terms, parameter.carrier, scope)
+            chosen.append([value for value in values if inside(scope.frame(), value)])
+        found = [self.event(channel, fields) for fields in product(*chosen)]
+        return [number for number in found if number is not None]
+
     def all(self, channels: Sequence[str]) -> EventSet:
         """All events of some channels.
 
@@ -202,8 +214,8 @@ def _range_of(head: ChannelHead, channel: core.Channel | None = None) -> tuple[i
     return numbers.start, numbers.stop
 
 
-@compiles(VALUES, ClassProcess)
-@compiles(PROCESSES, ClassProcess)
+@VALUES(ClassProcess)
+@PROCESSES(ClassProcess)
 def _class_process(evaluator: Evaluator, node: ClassProcess, frame: Frame) -> Callable[[Env], Process]:
     mains = [evaluator.process(main, frame) for main in node.mains]
 
@@ -226,6 +238,7 @@ class Composition:
             assert isinstance(head, ChannelHead)
             heads[name] = (node.model.channels[name], head)
         self.events = _Events(heads, _conversion(evaluator, node, frame))
+        self.clocks = evaluator.channels.table.clocks
         alphabets = Alphabets(names)
         by_symbol = {symbol: name for name, symbol in symbols.items()}
         self.mentioned = [
@@ -275,10 +288,10 @@ class Composition:
     def _beside(self, control: Process, data: Process, synchronised: EventSet) -> Process:
         """The CSP part beside the data part, which terminates when that does."""
         if not self.terminates:
-            return process.Fused(process.Parallel(synchronised, (control, data)))
+            return process.Fused(process.Parallel(synchronised, (control, data), self.clocks))
         done = EventSet.of([self.done])
         ending = process.Sequential(control, process.prefix(self.done, process.SKIP))
-        return process.Fused(process.hide(process.Parallel(synchronised | done, (ending, data)), done))
+        return process.Fused(process.hide(process.Parallel(synchronised | done, (ending, data), self.clocks), done))
 
     def _control(self, mains: Sequence[Process]) -> Process | None:
         """The CSP parts side by side, on the events that they have in common."""
@@ -289,23 +302,40 @@ class Composition:
                 whole = part
             else:
                 common = [name for name in mentioned if name in known]
-                whole = process.Parallel(self.events.all(common), (whole, part))
+                whole = process.Parallel(self.events.all(common), (whole, part), self.clocks)
             known.update(mentioned)
-        return whole
+        foreign = self.foreign()
+        # A partner that has terminated already refuses them for ever, and lets the rest terminate.
+        return process.Parallel(foreign, (whole, process.SKIP)) if whole is not None and foreign else whole
+
+    def foreign(self) -> EventSet:
+        """The events that the CSP parts mention and that are none of the class's own.
+
+        A channel carries what any of its classes declares; where there is a schema, it sees to that.
+        """
+        if self.node.context.control:
+            return EventSet()
+        in_main = {name for names in self.mentioned for name in names}
+        terms = self.node.context.evaluator(self.node.model.name)
+        found = EventSet()
+        for name in self.node.wider:
+            if name in in_main:
+                found = found | (self.events.all([name]) - EventSet.of(self.events.declared(name, terms)))
+        return found
 
 
 # --- joining classes -------------------------------------------------------------------------------------------------
 
 
-@compiles(VALUES, syntax.ClassParallel)
-@compiles(PROCESSES, syntax.ClassParallel)
+@VALUES(syntax.ClassParallel)
+@PROCESSES(syntax.ClassParallel)
 def _class_parallel(evaluator: Evaluator, node: syntax.ClassParallel, frame: Frame) -> Callable[[Env], Process]:
     left, right = evaluator.process(node.left, frame), evaluator.process(node.right, frame)
     common = shared_channels(evaluator.names, node)
 
     def join(env: Env) -> Process:
         shared = EventSet([_range_of(_channel(frame, symbol)) for symbol in common])
-        return process.Parallel(shared, (left(env), right(env)))
+        return process.Parallel(shared, (left(env), right(env)), evaluator.channels.table.clocks)
 
     return join
 
