@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any, Literal
 
@@ -108,8 +109,13 @@ class Machines:
             self._keep(key, found, 0)
         return found
 
-    def network(self, process: Process, budget: Budget, *, original: bool = False) -> Network:
-        """The network of a process; see :meth:`packed`."""
+    def network(self, process: Process, budget: Budget, *, original: bool = False, terms: int | None = None) -> Network:
+        """The network of a process; see :meth:`packed`.
+
+        Args:
+            process, budget, original: as there.
+            terms: how many states of a component are looked at, if not as many as may be.
+        """
         original = original or self.full
         packed: PackedNetwork | None = self._find(("packed", process, original))
         if packed is not None:
@@ -119,19 +125,24 @@ class Machines:
         if found is None:
             compiler = self._terms.original if original else self._terms.compiler
             self._terms.budget = budget
+            limits = budget.limits
+            if terms is not None and (limits.states is None or terms < limits.states):
+                limits = replace(limits, states=terms)
             try:
-                found = compiler.network(process, budget.limits, partial(_poll, budget))
+                found = compiler.network(process, limits, partial(_poll, budget))
             except LimitReached as reached:
                 raise Incomplete(budget.too_many_terms(reached), reached.states, endless=True) from None
             self._keep(key, found, 0)
         return found
 
-    def at_the_beginning(self, process: Process, budget: Budget) -> tuple[Machines, int]:
+    def at_the_beginning(self, process: Process, budget: Budget, states: int = BEGINNING) -> tuple[Machines, int]:
         """Machines for which *process* is what it can do within its first levels, and how many these are.
+
+        So many *states* are looked at.
 
         They share nothing with these, so that nothing of the rest is taken for what it is not.
         """
-        most = BEGINNING if budget.limits.states is None else min(BEGINNING, budget.limits.states)
+        most = states if budget.limits.states is None else min(states, budget.limits.states)
         found = beginning(process, most, lambda _: budget.check_time("looking at the beginning of the process"))
         return self._of_part(process, found.machine), found.levels
 

@@ -34,6 +34,8 @@ from cspcheck.cspm.process.terms import MachineState, Process
 
 __all__ = ["MOST_TERMS", "SLOT_STATES", "Compiler", "LimitReached", "compile_network"]
 
+FEW = (24, 256)
+"""A component with more states than this by itself is left, to see whether the whole has as many."""
 SMALL = 2_000
 """A component with parallel parts and more states than this is taken apart if it can be."""
 SLOT_STATES = 20_000
@@ -91,6 +93,16 @@ class Compiler:
     def _network(self, process: Process, most: int) -> Network:
         slot_states = min(self._slot_states, most)
         small = min(SMALL, slot_states)
+        # The whole and its parts in turns: a part that has no end, or nearly none, may get nowhere in company.
+        for few in FEW:
+            try:
+                return self._composed(process, min(few, small))
+            except _TooLarge:
+                if not is_component(process):
+                    try:
+                        return self._single(process, min(few, small))
+                    except LimitReached:
+                        pass
         try:
             return self._skeleton(process, lambda component: self._without_parts(component, small, slot_states))
         except _TooLarge as large:
