@@ -58,6 +58,7 @@ class Checker:
         limits: for each assertion; the states are those of each machine that has to be explored for it.
         workers: threads for large searches; by default as many as there are processors.
         full: explore the whole space of every check: nothing is merged, no search ends early.
+        as_written: reduce nothing that the script does not ask to be reduced.
         progress: called a few times a second during a search.
         notify: called with a line to be shown when kernels have to be compiled first.
     """
@@ -69,6 +70,7 @@ class Checker:
         limits: Limits = Limits(),  # noqa: B008  (immutable)
         workers: int | None = None,
         full: bool = False,
+        as_written: bool = False,
         progress: Callable[[Progress], None] | None = None,
         notify: Callable[[str], None] | None = None,
     ) -> None:
@@ -79,6 +81,7 @@ class Checker:
         self._machines = Machines(
             workers=workers or os.cpu_count() or 1,
             full=full,
+            reduces=not as_written,
             kept_bytes=kept,
             progress=progress,
             notify=notify,

@@ -34,6 +34,7 @@ class Settings:
         limits: where a check gives up, each assertion on its own.
         workers: search threads; None: the machine's cores.
         full: explore the whole state space, without reductions.
+        as_written: only the reductions that the script itself asks for.
         definitions: top-level constants of the script to override, as CSPm text.
         typecheck: whether types are checked before evaluation.
         view: classes with their ``data``, or in the ``control`` view without; None: as the script says.
@@ -44,6 +45,7 @@ class Settings:
     limits: Limits = field(default_factory=Limits)
     workers: int | None = None
     full: bool = False
+    as_written: bool = False
     definitions: Mapping[str, str] = field(default_factory=dict)
     typecheck: bool = True
     view: Literal["data", "control"] | None = None
@@ -154,6 +156,7 @@ def checker_for(script: Script, settings: Settings, watch: Watch) -> Checker:
         limits=settings.limits,
         workers=settings.workers,
         full=settings.full,
+        as_written=settings.as_written,
         progress=watch.progress,
         notify=watch.notify,
     )

@@ -124,6 +124,7 @@ def settings(options: Mapping[str, Any], overrides: Mapping[str, str]) -> Settin
         limits=limits(options["max_states"], options["timeout"], options["max_memory"]),
         workers=options["workers"],
         full=options["full"],
+        as_written=options["as_written"],
         definitions=overrides,
         typecheck=options["typecheck"],
         view=options["view"],
@@ -252,6 +253,11 @@ limit_options = _all(
         default=False,
         help="Explore the whole state space: no reduction, no early stop, exact counts.",
     ),
+    click.option(
+        "--as-written/--no-as-written",
+        default=False,
+        help="Only the reductions that the script itself asks for; counts are then those that FDR states.",
+    ),
     click.option("--timeout", type=DURATION, metavar="TIME", help="Give up an assertion after TIME (90s, 5m, 1h30m)."),
     click.option(
         "--max-memory",
@@ -264,4 +270,4 @@ limit_options = _all(
     typecheck_option,
     class_options,
 )
-"""--full, --timeout, --max-memory, --max-states, --workers, --no-typecheck, --view, --outputs."""
+"""--full, --as-written, --timeout, --max-memory, --max-states, --workers, --no-typecheck, --view, --outputs."""
