@@ -19,7 +19,6 @@ N = TypeVar("N", int, float)
 if TYPE_CHECKING:
     import networkx
 
-    from cspcheck.checker.check import Checker
     from cspcheck.checker.lts import Lts
     from cspcheck.cspm import script
     from cspcheck.cspm.process import terms as process
@@ -96,7 +95,7 @@ class Script:
     def __init__(self, loaded: script.Script, settings: checking.Settings) -> None:
         self._script = loaded
         self._settings = settings
-        self._checkers: dict[tuple[Limits, int | None, bool], Checker] = {}
+        self._checkers: dict[tuple[Limits, int | None, bool], checking.GuardedChecker] = {}
 
     def __repr__(self) -> str:
         return f"<cspcheck.Script {self.name!r}, {len(self.assertions)} assertions>"
@@ -162,7 +161,7 @@ class Script:
                 assertions of the script are checked, in order.
             timeout: seconds for each assertion, or text like ``"5m"``.
             max_states: states for each assertion.
-            max_memory: bytes for the engine, or text like ``"8GiB"``; four fifths of the machine's memory if not given.
+            max_memory: bytes for the process, or ``"8GiB"``; four fifths of the machine's memory if not given.
             workers: search threads; the machine's cores if not given.
             full: explore the whole state space, without reductions; not if not given.
 
@@ -208,7 +207,7 @@ class Script:
         """
         return Process(self, text, self._script.process(text))
 
-    def _checker(self, limits: Limits, workers: int | None, full: bool) -> Checker:
+    def _checker(self, limits: Limits, workers: int | None, full: bool) -> checking.GuardedChecker:
         """The checker for these settings; one keeps its machines for all assertions."""
         key = (limits, workers, full)
         if key not in self._checkers:

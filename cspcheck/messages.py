@@ -104,6 +104,37 @@ def cannot_write(name: str, reason: str) -> Diagnostic:
 
 
 @mistake(
+    "CSP920",
+    "a limit reached while reading",
+    explanation="""
+Reading a script (its includes, its types, what it prints, what its classes become) took more time or memory than the
+limits allow. The limits for an assertion, `--timeout` and `--max-memory`, hold for reading as well. Nothing of the
+script has been checked.
+""",
+    example="print {| c |} of a channel with 10^12 events, and `--timeout 5s`",
+    repair="raise the limit that the message names, or make smaller what the script computes before any assertion",
+)
+def too_much_to_read(name: str, why: str) -> Diagnostic:
+    """*why*: the limit and what was going on."""
+    return Diagnostic("CSP920", f"`{name}` was not read to its end: {why}")
+
+
+@mistake(
+    "CSP921",
+    "out of memory",
+    explanation="""
+The system had no more memory to give, outside of any check. (A check that runs out of memory has the verdict
+`unknown`.) Nothing is known of what had not been told before.
+""",
+    example="a script of a gigabyte, on a machine that has no more",
+    repair="end other programs, or use a machine with more memory",
+)
+def out_of_memory() -> Diagnostic:
+    """The system has no more memory."""
+    return Diagnostic("CSP921", "out of memory")
+
+
+@mistake(
     "CSP906",
     "unknown code",
     explanation="`cspcheck explain` knows the codes that stand in square brackets behind `error` and `warning`.",

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
@@ -77,7 +78,12 @@ class Script:
 
     Methods that take text read it as if it stood at the end of the script. All of them raise ``ScriptError``
     where the text or the script is wrong.
+
+    Attributes:
+        again: loads the same script anew: nothing of what was evaluated in this one is in that one.
     """
+
+    again: Callable[[], Script]
 
     def __init__(
         self,
@@ -300,7 +306,9 @@ def load(
         from cspcheck.cspm.typing.inference import infer
 
         types = infer(tree, names)
-    return Script(source, tree, names, types, classes)
+    loaded = Script(source, tree, names, types, classes)
+    loaded.again = partial(load, source, overrides=overrides, typecheck=typecheck, semantics=semantics)
+    return loaded
 
 
 @dataclass(frozen=True, slots=True)

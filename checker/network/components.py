@@ -9,13 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.reduction.partition import machine, reachable
+from cspcheck.checker.semantics.growth import so_far
 from cspcheck.checker.semantics.steps import Row, Step
 from cspcheck.checker.semantics.transitions import Explored, MoreStates, Poll, Semantics, breadth_first
+from cspcheck.cspm.interruption import during
 from cspcheck.cspm.process.events import TAU, TICK, EventSet
 from cspcheck.cspm.process.terms import SKIP, Process
 
@@ -100,7 +103,9 @@ class Machines:
             successors: Callable[[Process], list[Step] | Row] = self._semantics.transitions
             if role is JOINED:
                 successors = self._joined_successors
-            found = self._known[key] = breadth_first(state, successors, most, self.poll)
+            terms: list[Process] = []
+            with during(partial(so_far, terms, self._semantics.heads)):
+                found = self._known[key] = breadth_first(state, successors, most, self.poll, terms)
         if found.lts.states > most:
             raise MoreStates(list(found.terms[:most]))
         return found
