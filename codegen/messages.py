@@ -269,6 +269,27 @@ def foreign_folder(path: str, files: Sequence[str]) -> Diagnostic:
 
 
 @mistake(
+    "CSP813",
+    "a list of generated files that names others",
+    explanation="""
+`.cspcheck-gen.json` says which files of a folder `cspcheck gen` has written; those that are not needed any more are
+removed, those that were edited are kept under another name. A list with a name that leads out of the folder was not
+written by it, so nothing is done at all.
+""",
+    example="a cloned repository whose list of generated files has `../notes.txt` in it",
+    repair="remove `.cspcheck-gen.json`, or generate into a new folder",
+)
+def strange_list(path: str, names: Sequence[str]) -> Diagnostic:
+    """The list *path* has *names* that no generation gives."""
+    shown = ", ".join(f"`{name}`" for name in names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+    return Diagnostic(
+        "CSP813",
+        f"`{path}` names {shown}, which is no file that `cspcheck gen` writes; nothing was written",
+        help="generate into a new folder, or remove the list if the files in the folder are not yours",
+    )
+
+
+@mistake(
     "CSP811",
     "a timing comment that is not understood",
     explanation="""

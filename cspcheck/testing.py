@@ -16,7 +16,7 @@ it is used.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from cspcheck.cspm.process.events import TICK
 from cspcheck.following import Departure, Follower
@@ -26,7 +26,22 @@ if TYPE_CHECKING:
     from hypothesis.strategies import SearchStrategy
 
     from cspcheck.api import Script
-    from cspcheck.codegen.runtime import Record
+
+
+class Recorded(Protocol):
+    """What the runtime of a program says of an event; every program has a runtime of its own."""
+
+    @property
+    def event(self) -> str:
+        """The event as the script writes it."""
+
+    @property
+    def hidden(self) -> bool:
+        """Whether it is hidden."""
+
+    @property
+    def inner(self) -> bool:
+        """Whether a part of the composition hides it, not the whole."""
 
 
 class Departed(AssertionError):
@@ -50,7 +65,7 @@ class _Following:
         self.events = 0
         """How many events have been followed."""
 
-    def record(self, record: Record) -> None:
+    def record(self, record: Recorded) -> None:
         """Follow an event.
 
         Raises:

@@ -110,6 +110,12 @@ class Script:
         self._evaluator = Evaluator(names, Channels(self.events), types)
         self._top, declared = self._evaluator.run(lambda: self._declare(tree))
         self._frames: dict[int, Frame] = {}
+        if types is not None:
+            from cspcheck.cspm.evaluator.unmatched import unmatched_inputs
+
+            self.warnings += self._evaluator.run(
+                lambda: tuple(unmatched_inputs(self._evaluator, types, tree.declarations, self._top))
+            )
         self.assertions: tuple[Assertion, ...] = tuple(self._own_assertions(declared))
         """The assertions in the order of the text."""
         self.printed: tuple[str, ...] = tuple([self._print(node.expression, frame) for node, frame in declared.prints])

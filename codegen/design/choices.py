@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from cspcheck.codegen import messages
-from cspcheck.codegen.design.expressions import OR, TERNARY, Expressions, flattened
+from cspcheck.codegen.design.expressions import OR, TERNARY, Expressions, constant, flattened
 from cspcheck.codegen.design.naming import snake, unique
 from cspcheck.codegen.design.pieces import (
     DEEPEST,
@@ -319,7 +319,7 @@ class Choices:
                 else:
                     raise self.expressions.refused(pattern, f"the pattern `{pattern.text}` in an input")
             case syntax.LiteralPattern() if restriction is None:
-                field_text = repr(pattern.value)
+                field_text = constant(pattern)
                 targets.append("_")
             case syntax.DotPattern() if restriction is None:
                 self._input(pattern.left, None, fields, targets, bind)

@@ -9,6 +9,7 @@ from cspcheck.codegen.design.classes import OperationDesign
 from cspcheck.codegen.design.expressions import Expressions
 from cspcheck.codegen.design.pieces import InternalChoice, State, Use
 from cspcheck.codegen.design.tasks import Processes
+from cspcheck.codegen.quoting import literal, literals
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.naming.symbols import Symbol
 from cspcheck.cspm.oz import core
@@ -83,7 +84,7 @@ def operation_arguments(operation: OperationDesign, method: str | None, reads: s
     """The arguments of an ``Operation``, without its channel."""
     parts: list[str] = []
     if operation.kinds or operation.method is not None:
-        parts.append(f'"{operation.kinds}"')
+        parts.append(literal(operation.kinds))
     if operation.method is not None:
         parts.append(f"data.{operation.method}")
     if operation.guard is not None:
@@ -93,8 +94,7 @@ def operation_arguments(operation: OperationDesign, method: str | None, reads: s
     if method is not None:
         parts.append(f"body=methods.{method}")
     if operation.gives:
-        names = [f'"{name}"' for name, _ in operation.gives]
-        parts.append(f"gives=({', '.join(names)}{',' if len(names) == 1 else ''})")
+        parts.append(f"gives=({literals([name for name, _ in operation.gives])})")
     if operation.post is not None:
         parts.append(f"post=data.{operation.post}")
     return "".join(f", {part}" for part in parts)

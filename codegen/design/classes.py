@@ -16,6 +16,7 @@ from cspcheck.codegen.design.expressions import AND, TERNARY
 from cspcheck.codegen.design.naming import safe, snake, unique
 from cspcheck.codegen.design.pieces import RESERVED as TASK_RESERVED, Lines
 from cspcheck.codegen.design.predicates import Key, Terms, keys_in, ways
+from cspcheck.codegen.quoting import literal, phrase
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.processes.nodes import CarrierSet
@@ -115,8 +116,8 @@ class Classes:
         return self._carrier(term, owner, None)
 
     def _carrier(self, term: core.Term, owner: str, name: str | None) -> str:
-        suffix = "" if name is None else f', "{name}"'
-        called = "" if name is None else f', name="{name}"'
+        suffix = "" if name is None else f", {literal(name)}"
+        called = "" if name is None else f", name={literal(name)}"
         if isinstance(term, core.Apply):
             match term.operator:
                 case "range":
@@ -277,7 +278,7 @@ class _ClassDesigner:
             text = self._all(model.invariant)
             self.out.add("")
             with self.out.block("def invariant(self) -> bool:"):
-                self.out.add(f'"""`{_shown(model.invariant)}`."""', f"return {text}")
+                self.out.add(_doc(model.invariant), f"return {text}")
         self._initial()
         operations = tuple([self._operation(channel) for channel in model.channels.values()])
         return ClassDesign(model.name, variables, tuple(self.out.lines), operations)
@@ -300,7 +301,7 @@ class _ClassDesigner:
         wanted = frozenset(("after", name) for name in self.names)
         self.out.add("")
         with self.out.block("def initial(self) -> Outcomes:"):
-            self.out.add(f'"""`{_shown(model.initial or ())}`."""')
+            self.out.add(_doc(model.initial or ()))
             self._outcomes(predicates, wanted, ())
 
     def _operation(self, channel: core.Channel) -> OperationDesign:
@@ -332,7 +333,7 @@ class _ClassDesigner:
             text = self._all(operation.guard)
             self.out.add("")
             with self.out.block(f"def {guard}(self{head}) -> bool:"):
-                self.out.add(f'"""`{_shown(operation.guard)}`."""', f"return {text}")
+                self.out.add(_doc(operation.guard), f"return {text}")
         predicates = operation.effect
         changed = [*operation.delta]
         if model.secondary and changed:
@@ -342,7 +343,7 @@ class _ClassDesigner:
         wanted = frozenset([("after", v) for v in changed] + [("output", o) for o in outputs])
         self.out.add("")
         with self.out.block(f"def {method}(self{head}) -> Outcomes:"):
-            self.out.add(f'"""`{_shown(operation.effect)}`."""')
+            self.out.add(_doc(operation.effect))
             determined = self._outcomes(predicates, wanted, outputs)
         gives: tuple[tuple[str, str], ...] = ()
         post = None
@@ -356,7 +357,7 @@ class _ClassDesigner:
             text = self._all(operation.effect)
             self.out.add("")
             with self.out.block(f"def {post}(self{whole}, after: Any) -> bool:"):
-                self.out.add(f'"""`{_shown(operation.effect)}`."""', f"return bool({text})")
+                self.out.add(_doc(operation.effect), f"return bool({text})")
         text = _shown((*operation.guard, *operation.effect))
         return OperationDesign(name, method, attribute, kinds, guard, gives, post, tuple(notes), own, text)
 
@@ -376,7 +377,7 @@ class _ClassDesigner:
                 tests = [terms.text(substituted(test, value_of), strength) for test in way.tests]
                 given = [terms.text(substituted(way.values["output", name], value_of)) for name in outputs]
                 after = [
-                    f'"{self.names[name]}": {terms.text(substituted(term, value_of))}'
+                    f"{literal(self.names[name])}: {terms.text(substituted(term, value_of))}"
                     for (role, name), term in way.values.items()
                     if role == "after"
                 ]
@@ -410,7 +411,7 @@ class _ClassDesigner:
             )
             type_ = self.classes.carrier(parameter.carrier, self.model.name)
             heads.append(f"for {self.parameters[name]} in sorted({type_}.all(), key=repr):")
-        heads.append(f"for after in self.assignments({', '.join(repr(v) for v in variables)}):".replace("'", '"'))
+        heads.append(f"for after in self.assignments({', '.join(map(literal, variables))}):")
         given = [self.parameters[name] for name in outputs]
         shown = f"({', '.join(given)}{',' if len(given) == 1 else ''}), " if given else "after="
         line = f"yield Outcome({shown}vars(after))"
@@ -429,8 +430,13 @@ class _ClassDesigner:
 
 def _shown(terms: tuple[core.Term, ...]) -> str:
     text = " and ".join(show_term(term) for term in terms) or "true"
-    text = " ".join(text.split()).replace("\\", "\\\\").replace('"""', "'''")
+    text = " ".join(text.split())
     return text if len(text) <= 90 else f"{text[:87].rstrip()}..."
+
+
+def _doc(terms: tuple[core.Term, ...]) -> str:
+    """A docstring that shows predicates."""
+    return f'"""`{phrase(_shown(terms))}`."""'
 
 
 def _real(term: core.Term) -> float | None:

@@ -8,6 +8,7 @@ from typing import Any
 
 from cspcheck.codegen import messages, runtime
 from cspcheck.codegen.design.naming import camel, safe, unique, upper
+from cspcheck.codegen.quoting import literal, phrase
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
 from cspcheck.cspm.oz import core
@@ -55,7 +56,7 @@ class Data:
             case bool() | int():
                 return repr(value)
             case str():
-                return repr(value)
+                return literal(value)
             case tuple():
                 items = [self.literal(item, where, span) for item in value]
                 return f"({', '.join(items)})"
@@ -78,8 +79,8 @@ class Data:
         fields = [self.literal(field, where, span) for field in value.fields]
         self.runtime.add("Tagged")
         if not fields:
-            return f'Tagged("{value.head.name}")'
-        return f'Tagged("{value.head.name}", ({", ".join(fields)}{"," if len(fields) == 1 else ""}))'
+            return f"Tagged({literal(value.head.name)})"
+        return f"Tagged({literal(value.head.name)}, ({', '.join(fields)}{',' if len(fields) == 1 else ''}))"
 
     def constructor(self, symbol: Symbol, arguments: Sequence[str], span: Span) -> str:
         """A constructor of a datatype with its fields, which are expressions already."""
@@ -87,8 +88,8 @@ class Data:
         if is_enum:
             return f"{name}.{safe(symbol.name)}"
         if not arguments:
-            return f'Tagged("{symbol.name}")'
-        return f'Tagged("{symbol.name}", ({", ".join(arguments)}{"," if len(arguments) == 1 else ""}))'
+            return f"Tagged({literal(symbol.name)})"
+        return f"Tagged({literal(symbol.name)}, ({', '.join(arguments)}{',' if len(arguments) == 1 else ''}))"
 
     def _class(self, constructor: str) -> tuple[str, bool]:
         """What the datatype of a constructor is in Python: its name, and whether it is an enumeration."""
@@ -102,8 +103,8 @@ class Data:
             known = self._classes[name] = (unique(camel(name), self.taken), is_enum)
             self.taken.add(known[0])
             if is_enum:
-                members = [f'    {safe(one.name)} = "{one.name}"' for one in constructors]
-                text = [f"class {known[0]}(Enum):", f'    """The values of `{name}`."""', "", *members]
+                members = [f"    {safe(one.name)} = {literal(one.name)}" for one in constructors]
+                text = [f"class {known[0]}(Enum):", f'    """The values of `{phrase(name)}`."""', "", *members]
                 self.definitions.append("\n".join(text))
                 self.enums.add(known[0])
         return known
@@ -194,7 +195,7 @@ class Data:
         return known
 
     def _type(self, values: Sequence[Any], name: str | None, where: str) -> str:
-        called = "" if name is None else f', "{name}"'
+        called = "" if name is None else f", {literal(name)}"
         if values and all(type(value) is int for value in values):
             low, high = min(values), max(values)
             if high - low + 1 == len(values):
@@ -207,8 +208,8 @@ class Data:
         items = [self.literal(value, where) for value in values]
         if any(_has_sequence(value) for value in values):
             comma = "," if len(values) == 1 else ""
-            texts = ", ".join(f'"{show(value)}"' for value in values)
-            given = "None" if name is None else f'"{name}"'
+            texts = ", ".join(literal(show(value)) for value in values)
+            given = "None" if name is None else literal(name)
             return f"Members(({', '.join(items)}{comma}), {given}, ({texts}{comma}))"
         enum = items[0].partition(".")[0] if items else ""
         if enum in self.enums and len(items) == self._size(enum) and all(i.startswith(f"{enum}.") for i in items):

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from cspcheck.codegen import messages
 from cspcheck.codegen.design.data import Data
 from cspcheck.codegen.design.naming import safe, unique
+from cspcheck.codegen.quoting import literal, literals
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
 from cspcheck.cspm.printing.printer import print_expression
@@ -105,7 +106,7 @@ class Expressions:
             case syntax.Paren():
                 return self.code(node.inner)
             case syntax.LiteralExpr():
-                return (repr(node.value), ATOM)
+                return (constant(node), ATOM)
             case syntax.Name():
                 return self._name(node)
             case syntax.Binary():
@@ -319,6 +320,13 @@ class Expressions:
             operator = {"union": "|", "inter": "&", "diff": "-"}[name]
             return (f"{self.text(arguments[0], ATOM)} {operator} {self.text(arguments[1], ATOM)}", SET_OR)
         raise self.refused(node, f"the function `{name}`")
+
+
+def constant(node: syntax.LiteralExpr | syntax.LiteralPattern) -> str:
+    """A literal of the script as one of Python; a text is the sequence of its characters."""
+    if not isinstance(node.value, str):
+        return repr(node.value)
+    return literal(node.value) if node.kind == "char" else f"({literals(list(node.value))})"
 
 
 def flattened(node: syntax.Expr) -> list[syntax.Expr]:

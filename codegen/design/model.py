@@ -21,6 +21,8 @@ class ChannelDesign:
     never: list[str]
     hidden: bool
     inner: bool = False
+    members: tuple[str, ...] = ()
+    """The tasks that can take part."""
 
 
 @dataclass

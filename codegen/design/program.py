@@ -16,6 +16,7 @@ from cspcheck.codegen.design.network import Group, Leaf, Network, Wire, network
 from cspcheck.codegen.design.pieces import InternalChoice, Lines, Method, NeedsStates, Plain, State, Use
 from cspcheck.codegen.design.tasks import Processes
 from cspcheck.codegen.design.timing import Timing, timings
+from cspcheck.codegen.quoting import literal, literals, phrase
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
 from cspcheck.cspm.oz import core
@@ -26,8 +27,8 @@ from cspcheck.cspm.script import Script
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.typing import types
 
-RESERVED_MODULES = sys.stdlib_module_names | {"channels", "codegen", "data_types", "functions", "main", "tests"}
-"""Names of other modules: a module of the program that is called like one of them would hide it."""
+RESERVED_MODULES = sys.stdlib_module_names | {"channels", "data_types", "functions", "main", "runtime", "tests"}
+"""Names of other modules: a module of the program that is called like one of them would hide it, or be it."""
 
 
 def design(script: Script, process: str, internal_choice: InternalChoice = "refuse") -> Design:
@@ -195,13 +196,13 @@ class _Designer:
                 rows.append(f"({key},): [{', '.join(self._groups(groups, names))}],")
             inside = "\n        ".join(rows)
             parties = f"{{\n        {inside}\n    }}"
-        return ChannelDesign(channel.name, constant, field_types, parties, never, wire.hidden, wire.inner)
+        members = tuple(names[leaf] for leaf in sorted(joined))
+        return ChannelDesign(channel.name, constant, field_types, parties, never, wire.hidden, wire.inner, members)
 
     def _groups(self, groups: frozenset[Group], names: list[str]) -> list[str]:
         texts = []
         for group in sorted(groups, key=sorted):
-            tasks = [f'"{names[leaf]}"' for leaf in sorted(group)]
-            texts.append(f"({', '.join(tasks)}{',' if len(tasks) == 1 else ''})")
+            texts.append(f"({literals([names[leaf] for leaf in sorted(group)])})")
         return texts
 
     def _field_names(self, channel: str) -> list[str | None]:
@@ -480,12 +481,12 @@ class _Designer:
                     raise expressions.refused(declaration, f"the pattern of `{declaration.name}`")
                 head = ", ".join(f"{n}: {note}" for n, note in zip(named, notes, strict=True))
                 with out.block(f"def {self._functions[symbol]}({head}) -> {returns}:"):
-                    out.add(f'"""`{_one_line(declaration.span.text)}`."""', *bindings)
+                    out.add(f'"""`{phrase(declaration.span.text)}`."""', *bindings)
                     out.add(f"return {expressions.text(first.body)}")
         else:
             head = ", ".join(f"{n}: {note}" for n, note in zip(parameters, notes, strict=True))
             with out.block(f"def {self._functions[symbol]}({head}) -> {returns}:"):
-                out.add(f'"""`{declaration.name}`, clause by clause."""')
+                out.add(f'"""`{phrase(declaration.name)}`, clause by clause."""')
                 for clause in declaration.clauses:
                     with expressions.inside():
                         conditions, bindings = [], []
@@ -493,7 +494,7 @@ class _Designer:
                             processes._match(pattern, parameter, conditions, bindings)
                         with out.block(f"if {' and '.join(conditions) or 'True'}:"):
                             out.add(*bindings, f"return {expressions.text(clause.body)}")
-                out.add(f'raise ValueError("no clause of {declaration.name} matches")')
+                out.add(f"raise ValueError({literal(f'no clause of {declaration.name} matches')})")
         self._function_texts.append("\n".join(out.lines))
 
 
@@ -511,10 +512,6 @@ def _timed(declarations: tuple[syntax.Declaration, ...]) -> syntax.Declaration |
         if found is not None:
             return found
     return None
-
-
-def _one_line(text: str) -> str:
-    return " ".join(text.split()).replace("\\", "\\\\")
 
 
 def _alone(wire: Wire, leaf: int) -> bool:

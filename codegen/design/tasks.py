@@ -10,8 +10,10 @@ from collections.abc import Sequence
 
 from cspcheck.codegen import messages
 from cspcheck.codegen.design.choices import Choices
+from cspcheck.codegen.design.expressions import constant
 from cspcheck.codegen.design.naming import snake, unique
 from cspcheck.codegen.design.pieces import Lines, NeedsStates, State, bare, is_simple, unwrapped
+from cspcheck.codegen.quoting import literal
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
 from cspcheck.cspm.syntax import tree as syntax
@@ -94,7 +96,9 @@ class Processes(Choices):
         else:
             with self._out.block("else:"):
                 values = ", ".join(written)
-                self._out.add(f'raise ValueError(f"no clause of {declaration.name} matches {{({values},)}}")')
+                self._out.add(
+                    f'raise ValueError({literal(f"no clause of {declaration.name} matches")} f" {{({values},)}}")'
+                )
         return State(name, list(zip(written, annotations, strict=True)), declaration.span.text, self._out.lines)
 
     def _annotations(self, patterns: Sequence[syntax.Pattern]) -> list[str]:
@@ -120,7 +124,7 @@ class Processes(Choices):
             case syntax.Wildcard():
                 return
             case syntax.LiteralPattern():
-                conditions.append(f"{value} == {pattern.value!r}")
+                conditions.append(f"{value} == {constant(pattern)}")
                 return
             case syntax.NamePattern():
                 symbol = self.names.symbol(pattern)

@@ -3,6 +3,9 @@
 A generation leaves a list of what it wrote (``.cspcheck-gen.json``: file names with digests of their contents). So the
 next one can tell a generated file from one that a person has edited, and a folder of its own from another. Everything
 is looked at before anything is written.
+
+The folder may be somebody else's, and so may the list in it: a name in it that leads anywhere but into the folder stops
+the generation, and nothing is written through a link.
 """
 
 from __future__ import annotations
@@ -12,15 +15,19 @@ import difflib
 import hashlib
 import json
 import os
+import re
+import tempfile
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from cspcheck.codegen import messages
-from cspcheck.codegen.emit.project import Project
+from cspcheck.codegen.emit.project import RUNTIME, Project
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
 
 LIST = ".cspcheck-gen.json"
+_PLAIN = re.compile(rf"(?:{RUNTIME}/)?\w[\w.-]*")
+"""The names that a generation gives: a file of the folder, or of the runtime in it."""
 
 
 @dataclass
@@ -48,6 +55,7 @@ def write(project: Project, folder: str | os.PathLike[str], *, force: bool = Fal
         OSError: the folder cannot be written.
     """
     place = Path(folder)
+    _check_links(place)
     before = _read_list(place)
     _check_folder(project, place, before)
     edited = [name for name, digest in before.items() if _digest_of(place / name) not in (digest, None)]
@@ -86,12 +94,31 @@ def write(project: Project, folder: str | os.PathLike[str], *, force: bool = Fal
 
 
 def _read_list(place: Path) -> dict[str, str]:
-    """The generated files with the digests that they had; none if the folder is not of a generation."""
+    """The generated files with the digests that they had; none if the folder is not of a generation.
+
+    Raises:
+        ScriptError: a name in it is none that a generation gives.
+    """
     try:
         listed = json.loads((place / LIST).read_text(encoding="utf-8"))["generated"]
-        return {str(name): str(digest) for name, digest in listed.items()}
-    except (OSError, ValueError, KeyError, AttributeError, TypeError):
+        found = {str(name): str(digest) for name, digest in listed.items()}
+    except (OSError, ValueError, KeyError, AttributeError, TypeError, RecursionError):
         return {}
+    strange = sorted(name for name in found if _PLAIN.fullmatch(name) is None)
+    if strange:
+        raise ScriptError(messages.strange_list(str(place / LIST), strange))
+    return found
+
+
+def _check_links(place: Path) -> None:
+    """Make sure that what a generation reads and writes in a folder is there and not elsewhere.
+
+    Raises:
+        ScriptError: the list, or the folder of the runtime, is a link.
+    """
+    links = [name for name in (LIST, RUNTIME) if (place / name).is_symlink()]
+    if links:
+        raise ScriptError(messages.foreign_folder(str(place), [f"{name} (a link)" for name in links]))
 
 
 def _check_folder(project: Project, place: Path, before: Mapping[str, str]) -> None:
@@ -152,10 +179,25 @@ def _free_name(place: Path, name: str) -> str:
 
 
 def _replace(path: Path, text: str) -> None:
-    """Write a file whole or not at all."""
-    new = path.with_name(f".{path.name}.new")
-    new.write_text(text, encoding="utf-8", newline="\n")
-    os.replace(new, path)
+    """Write a file whole or not at all; a link of that name is replaced, not followed."""
+    path.parent.mkdir(exist_ok=True)
+    # A name that nobody can have put there before, opened so that it must be new.
+    descriptor, new = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".new", dir=path.parent)
+    try:
+        with os.fdopen(descriptor, "w", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+        os.chmod(new, 0o666 & ~_umask())
+        os.replace(new, path)
+    except BaseException:
+        os.unlink(new)
+        raise
+
+
+def _umask() -> int:
+    """The mode bits that the user wants new files not to have."""
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
 
 
 def _text_of(path: Path) -> str | None:

@@ -7,13 +7,16 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from importlib import resources
 from typing import Any
 
-from cspcheck.codegen import runtime
-from cspcheck.codegen.design.model import ChannelDesign, Design, MethodDesign, TaskDesign
+from cspcheck.codegen import quoting, runtime
+from cspcheck.codegen.design.model import Design, MethodDesign, TaskDesign
 from cspcheck.codegen.design.naming import camel
 
 WIDTH = 120
+RUNTIME = "runtime"
+"""The folder of the runtime in a program."""
 
 
 @dataclass(frozen=True)
@@ -28,23 +31,49 @@ class Project:
     interfaces: dict[str, dict[str, str]]
 
 
+def _quoted(value: object) -> object:
+    """What a template writes, if it went through a function of ``codegen.quoting``.
+
+    Raises:
+        Unquoted: it did not.
+    """
+    if isinstance(value, quoting.Code):
+        return value
+    raise quoting.Unquoted(f"{value!r} reaches a template unquoted")
+
+
 @cache
-def _environment() -> Any:
+def environment() -> Any:
+    """The templates, which take quoted values only."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    return Environment(
-        loader=PackageLoader("codegen", "templates"),
+    made = Environment(
+        loader=PackageLoader("cspcheck.codegen", "templates"),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
         autoescape=False,
+        finalize=_quoted,
     )
+    quotes = ("code", "literal", "literals", "markdown", "name", "names", "phrase", "project_name", "prose", "shell")
+    made.filters.update({name: getattr(quoting, name) for name in quotes})
+    made.filters["joined"] = lambda texts: quoting.code(", ".join(texts))
+    made.filters["indented"] = lambda line, width: quoting.code(f"{' ' * width}{line}" if line else "")
+    return made
+
+
+@cache
+def runtime_files() -> Mapping[str, str]:
+    """The runtime, which goes with every program: its modules by their names in the program's folder."""
+    files = resources.files(runtime)
+    names = sorted(file.name for file in files.iterdir() if file.name.endswith(".py"))
+    return {f"{RUNTIME}/{name}": files.joinpath(name).read_text(encoding="utf-8") for name in names}
 
 
 def project(design: Design, folder: str) -> Project:
     """The program of a design, to be put into *folder*."""
-    return _Writer(design, os.path.basename(os.path.normpath(folder)) or "program").project()
+    return _Writer(design, os.path.basename(os.path.abspath(folder)) or "program").project()
 
 
 class _Writer:
@@ -53,7 +82,7 @@ class _Writer:
         self.folder = folder
 
     def project(self) -> Project:
-        generated = {"data_types.py": self._data_types()}
+        generated = {"__init__.py": self._render("init.py.j2"), "data_types.py": self._data_types()}
         generated["channels.py"] = self._channels()
         if self.design.functions:
             generated["functions.py"] = self._functions()
@@ -67,23 +96,25 @@ class _Writer:
                 interfaces[name] = {method.name: method.signature for method in task.methods}
         generated["main.py"] = self._main()
         generated["pyproject.toml"] = self._render("pyproject.toml.j2")
-        generated["README.md"] = self._render(
-            "README.md.j2", yours=yours, remark=self._remark, joins=_joins, process_argument=_shell(self.design.process)
-        )
+        generated["README.md"] = self._render("README.md.j2", yours=yours, remark=self._remark)
         return Project(
-            {name: _tidy(text) for name, text in generated.items()},
+            {name: _tidy(text) for name, text in generated.items()} | dict(runtime_files()),
             {name: _tidy(text) for name, text in yours.items()},
             interfaces,
         )
 
     def _render(self, template: str, **values: Any) -> str:
         script_name = os.path.basename(self.design.script)
-        text: str = (
-            _environment()
-            .get_template(template)
-            .render(design=_WithName(self.design, script_name), folder=self.folder, **values)
-        )
+        made = environment().get_template(template)
+        text: str = made.render(design=self.design, script_name=script_name, folder=self.folder, **values)
         return text
+
+    def _imports(
+        self, *, data: Sequence[str] = (), runtime: Sequence[str] = (), modules: Sequence[str] = ()
+    ) -> list[str]:
+        """Imports from the modules of the program, as sorted imports stand."""
+        rows = ((".", sorted(modules)), (".data_types", data), (".runtime", runtime))
+        return [_import(module, names) for module, names in rows if names]
 
     def _data_types(self) -> str:
         data = self.design.data
@@ -119,7 +150,6 @@ class _Writer:
         )
 
     def _task(self, task: TaskDesign) -> str:
-        methods_class = _methods_class(task)
         lines = [line for state in [*([task.loop] if task.loop else []), *task.states] for line in state.lines]
         annotations = [note for state in task.states for _, note in state.parameters]
         annotations += [note for _, note in task.parameters]
@@ -144,32 +174,33 @@ class _Writer:
             settings += f", period={timing.period}"
         if timing.offset:
             settings += f", offset={timing.offset}"
+        modules = [*(["channels"] if task.ports else []), *(["functions"] if uses_module(text, "functions") else [])]
         return self._render(
             "task.py.j2",
             task=task,
-            quoted=_quoted(task.text),
-            methods_class=methods_class,
+            methods_class=_methods_class(task),
             method_text=_method_text,
-            runtime=sorted(set(names) - ({"Channel"} if not task.ports else set()), key=_order),
-            data=used(text, self._constants()),
-            functions=bool(re.search(r"\bfunctions\.", text)),
+            imports=self._imports(
+                data=used(text, self._constants()),
+                runtime=sorted(set(names) - ({"Channel"} if not task.ports else set()), key=_order),
+                modules=modules,
+            ),
             typing=[*(["Any"] if used(text, ["Any"]) else []), *(["ClassVar"] if part is not None else [])],
             part=part,
             timing=settings,
             what="For ever." if task.loop else f"As the states have it, from `{task.start}` on.",
-            docstring=_docstring,
         )
 
     def _methods(self, task: TaskDesign) -> str:
         notes = " ".join(note for m in task.methods for note in (m.annotation, *[n for _, n in m.parameters]))
+        imported = sorted([*([task.of_class.data_class] if task.of_class else []), _methods_class(task)])
+        lines = self._imports(data=used(notes, self._constants()), runtime=used(notes, ["Tagged"]))
         return self._render(
             "methods.py.j2",
             task=task,
             methods_class=_methods_class(task),
-            imported=sorted([*([task.of_class.data_class] if task.of_class else []), _methods_class(task)]),
+            imports=sorted([*lines, f"from .{task.module} import {', '.join(imported)}"], key=_module),
             method_text=_method_text,
-            runtime=used(notes, ["Tagged"]),
-            data=used(notes, self._constants()),
             wanted=lambda method: _wanted(method, task.of_class is not None),
             call=lambda method: f"{method.name}({', '.join(name for name, _ in method.parameters)})",
         )
@@ -178,55 +209,56 @@ class _Writer:
         tasks: list[str] = []
         for task in self.design.tasks:
             for one in task.instances:
-                arguments = [f'"{one.name}"']
+                arguments = [str(quoting.literal(one.name))]
                 if task.methods:
                     arguments.append(f"{task.module}_methods.Methods()")
                 arguments += [_qualified(text, self._constants()) for text in one.arguments]
                 arguments += [f"{attribute}=channels.{constant}" for attribute, constant in one.ports.items()]
                 tasks.append(f"{task.class_name}({', '.join(arguments)})")
         text = "\n".join(tasks)
-        names = ["Task", "command", *used(text, ["Tagged"])]
-        return self._render(
-            "main.py.j2",
-            tasks=tasks,
-            runtime=sorted(names, key=_order),
-            imports=_sorted_imports(
-                [name for name in ("channels", "data_types") if f"{name}." in text]
-                + [f"{task.module}_methods" for task in self.design.tasks if task.methods],
-                {task.module: task.class_name for task in self.design.tasks},
-            ),
-        )
+        modules = [name for name in ("channels", "data_types") if uses_module(text, name)]
+        modules += [f"{task.module}_methods" for task in self.design.tasks if task.methods]
+        lines = [f"from .{task.module} import {task.class_name}" for task in self.design.tasks]
+        names = sorted(["Task", "command", *used(text, ["Tagged"])], key=_order)
+        imports = sorted([*self._imports(modules=modules, runtime=names), *lines], key=_module)
+        return self._render("main.py.j2", tasks=tasks, imports=imports)
 
     def _remark(self, task: TaskDesign) -> str:
         timing = task.timing
         parts = []
         if timing.period is not None:
-            parts.append(f"every {timing.period} s, at `{timing.at}`")
+            parts.append(f"every {timing.period} s, at {quoting.markdown(timing.at or '')}")
         if timing.priority:
             parts.append(f"priority {timing.priority}")
         return ", ".join(parts)
 
 
-def _sorted_imports(modules: Iterable[str], names: Mapping[str, str]) -> list[str]:
-    """Imports of modules and of one name each, as sorted imports stand."""
-    plain = [f"import {module}" for module in sorted(modules)]
-    return [*plain, *[f"from {module} import {names[module]}" for module in sorted(names)]]
+def _import(module: str, names: Sequence[str]) -> str:
+    """An import of some names, a name a line if they are many."""
+    line = f"from {module} import {', '.join(names)}"
+    if len(line) <= WIDTH:
+        return line
+    return "\n".join([f"from {module} import (", *[f"    {name}," for name in names], ")"])
 
 
-class _WithName:
-    """A design with the name of its script, for templates."""
+def _module(line: str) -> tuple[bool, str]:
+    """What imports are sorted by: the module, the package itself first."""
+    module = line.split()[1]
+    return (module != ".", module)
 
-    def __init__(self, design: Design, script_name: str) -> None:
-        self._design = design
-        self.script_name = script_name
 
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._design, name)
+_TEXTS = re.compile(r'"""(?:[^\\]|\\.)*?"""|"(?:[^"\\\n]|\\.)*"', re.DOTALL)
+"""The texts among what the generator made of Python."""
+
+
+def uses_module(text: str, name: str) -> bool:
+    """Whether lines of Python use something of a module."""
+    return re.search(rf"(?<![.\w]){name}\.", _TEXTS.sub('""', text)) is not None
 
 
 def used(text: str, names: Iterable[str]) -> list[str]:
-    """Those of *names* that occur in a text as words, in the order of an import."""
-    words = set(re.findall(r"(?<![.\w])[A-Za-z_]\w*", re.sub(r'"[^"\n]*"', '""', text)))
+    """Those of *names* that occur in lines of Python as words, in the order of an import."""
+    words = set(re.findall(r"(?<![.\w])[^\W\d]\w*", _TEXTS.sub('""', text)))
     return sorted({name for name in names if name in words}, key=_order)
 
 
@@ -272,32 +304,18 @@ def _plain(text: str) -> str:
 
 
 def _qualified(text: str, constants: Sequence[str]) -> str:
-    for name in used(text, constants):
-        text = re.sub(rf"(?<![.\w]){name}\b", f"data_types.{name}", text)
-    return text
+    """An expression with the constants of ``data_types`` by their full names; its texts stay as they are."""
+    known = set(constants)
 
+    def full(match: re.Match[str]) -> str:
+        return f"data_types.{match[0]}" if match[0] in known else match[0]
 
-def _quoted(text: str) -> str:
-    lines = [line.rstrip() for line in text.strip().splitlines()]
-    return "\n".join(lines).replace("\\", "\\\\").replace('"""', "'''")
-
-
-def _docstring(text: str) -> str:
-    one = " ".join(text.split()).replace("\\", "\\\\").replace('"""', "'''")
-    short = one if len(one) <= 90 else f"{one[:87].rstrip()}..."
-    return f"`{short}`."
-
-
-def _joins(channel: ChannelDesign) -> str:
-    names = dict.fromkeys(re.findall(r'"([^"]+)"', channel.parties))
-    return ", ".join(f"`{name}`" for name in names) or "nobody"
-
-
-def _shell(text: str) -> str:
-    return text if re.fullmatch(r"[\w.]+", text) else f"'{text}'"
+    word = re.compile(r"(?<![.\w])[^\W\d]\w*")
+    pieces, texts = _TEXTS.split(text), _TEXTS.findall(text)
+    return "".join(word.sub(full, piece) + quoted for piece, quoted in zip(pieces, [*texts, ""], strict=True))
 
 
 def _tidy(text: str) -> str:
     """No blanks at the ends of lines, at most two empty lines, one line break at the end."""
-    lines = [line.rstrip() for line in text.splitlines()]
+    lines = [line.rstrip() for line in text.split("\n")]
     return re.sub(r"\n{4,}", "\n\n\n", "\n".join(lines)).strip("\n") + "\n"

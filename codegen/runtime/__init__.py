@@ -1,6 +1,8 @@
 """What a generated program runs on: tasks, synchronous channels, clocks and recorders. Standard library only.
 
->>> from cspcheck.codegen.runtime import Channel, Integers, Program, Task
+These modules go with every program as they are, so they import each other and nothing else of this project.
+
+>>> from program.runtime import Channel, Integers, Program, Task
 >>> number = Channel("number", [Integers(0, 10)], parties=[("Producer", "Consumer")])
 >>> class Producer(Task):
 ...     async def run(self):
@@ -14,11 +16,11 @@
 11
 """
 
-from cspcheck.codegen.runtime.alternation import Choice, Fair, InOrder, NobodyDecides, Policy, Randomly
-from cspcheck.codegen.runtime.channel import ANY, UNDECIDED, Channel, Offer, WrongOffer, one_of
-from cspcheck.codegen.runtime.clock import Clock, MonotonicClock, VirtualClock
-from cspcheck.codegen.runtime.command import command
-from cspcheck.codegen.runtime.data import (
+from .alternation import Choice, Fair, InOrder, NobodyDecides, Policy, Randomly
+from .channel import ANY, UNDECIDED, Channel, Offer, WrongOffer, one_of
+from .clock import Clock, MonotonicClock, VirtualClock
+from .command import command
+from .data import (
     BOOLEANS,
     Anything,
     Constructed,
@@ -33,11 +35,11 @@ from cspcheck.codegen.runtime.data import (
     Tuples,
     Variables,
 )
-from cspcheck.codegen.runtime.operation import CannotList, ClassTask, Data, Operation, Outcome, Outcomes
-from cspcheck.codegen.runtime.program import Program, Runner, Summary
-from cspcheck.codegen.runtime.recorder import JsonLines, Memory, Record, Recorder, Several
-from cspcheck.codegen.runtime.task import Next, Stopped, Task, go
-from cspcheck.codegen.runtime.waiting import Deadlock, Waiting
+from .operation import CannotList, ClassTask, Data, Operation, Outcome, Outcomes
+from .program import Program, Runner, Summary
+from .recorder import JsonLines, Memory, Nothing, Record, Recorder, Several
+from .task import Next, Stopped, Task, WrongMethods, go
+from .waiting import Deadlock, Waiting
 
 __all__ = [
     "ANY",
@@ -62,6 +64,7 @@ __all__ = [
     "MonotonicClock",
     "Next",
     "NobodyDecides",
+    "Nothing",
     "Offer",
     "Operation",
     "OutOfRange",
@@ -85,6 +88,7 @@ __all__ = [
     "Variables",
     "VirtualClock",
     "Waiting",
+    "WrongMethods",
     "WrongOffer",
     "command",
     "go",

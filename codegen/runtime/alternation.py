@@ -13,8 +13,8 @@ from itertools import islice, product
 from random import Random
 from typing import Any, NamedTuple, Protocol
 
-from cspcheck.codegen.runtime.channel import ANY, Channel, Group, Offer, OneOf, Values
-from cspcheck.codegen.runtime.data import LARGEST
+from .channel import ANY, Channel, Group, Offer, OneOf, Values
+from .data import LARGEST
 
 
 class Choice(NamedTuple):

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Never, cast
 
-from cspcheck.codegen.runtime.data import DataType
+from .data import DataType
 
 Group = frozenset[str]
 """The tasks that perform an event together."""

@@ -4,33 +4,33 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
-from cspcheck.codegen.runtime import contracts
-from cspcheck.codegen.runtime.alternation import Fair, InOrder, NobodyDecides, Policy, Randomly
-from cspcheck.codegen.runtime.channel import WrongOffer
-from cspcheck.codegen.runtime.clock import MonotonicClock, VirtualClock
-from cspcheck.codegen.runtime.data import OutOfRange
-from cspcheck.codegen.runtime.program import Program
-from cspcheck.codegen.runtime.recorder import JsonLines
-from cspcheck.codegen.runtime.task import Task
-from cspcheck.codegen.runtime.waiting import Deadlock
+from . import contracts
+from .alternation import Fair, InOrder, NobodyDecides, Policy, Randomly
+from .channel import WrongOffer
+from .clock import MonotonicClock, VirtualClock
+from .data import OutOfRange
+from .program import Program
+from .recorder import JsonLines
+from .task import Task, WrongMethods
+from .waiting import Deadlock
 
 
-def command(tasks: Sequence[Task], arguments: Sequence[str] | None = None) -> int:
-    """Run some tasks as the command line says.
+def command(tasks: Sequence[Task] | Callable[[], Sequence[Task]], arguments: Sequence[str] | None = None) -> int:
+    """Run some tasks, or those that a function makes, as the command line says.
 
     Returns:
         The exit code: 0 the program ended or was stopped as asked; 1 deadlock, a value outside its range, a broken
-        contract; 2 wrong usage; 130 interrupted.
+        contract, methods that do not fit; 2 wrong usage; 130 interrupted.
     """
     options = _parser().parse_args(arguments)
     contracts.switch(options.contracts == "on")
     policy: Policy = {"fair": Fair, "in-order": InOrder}.get(options.policy, Fair)()
     if options.policy == "random":
         policy = Randomly(options.seed)
-    program = Program(tasks)
     try:
+        program = Program(tasks() if callable(tasks) else tasks)
         summary = program.run(
             options.runner,
             clock=VirtualClock() if options.clock == "virtual" else MonotonicClock(),
@@ -42,8 +42,8 @@ def command(tasks: Sequence[Task], arguments: Sequence[str] | None = None) -> in
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return 130
-    except (Deadlock, OutOfRange, WrongOffer, NobodyDecides, contracts.Broken) as error:
-        notes = "".join(f" ({note})" for note in getattr(error, "__notes__", ()))
+    except (Deadlock, OutOfRange, WrongMethods, WrongOffer, NobodyDecides, contracts.Broken) as error:
+        notes = "".join(f" ({note})" for note in dict.fromkeys(getattr(error, "__notes__", ())))
         print(f"{error}{notes}", file=sys.stderr)
         return 1
     end = "all tasks have ended" if summary.terminated else "stopped"

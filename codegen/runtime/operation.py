@@ -14,11 +14,11 @@ from itertools import product
 from types import SimpleNamespace
 from typing import Any
 
-from cspcheck.codegen.runtime import contracts
-from cspcheck.codegen.runtime.alternation import Choice
-from cspcheck.codegen.runtime.channel import ANY, Channel, Offer, OneOf, Undecided, Values
-from cspcheck.codegen.runtime.data import Variables
-from cspcheck.codegen.runtime.task import Task
+from . import contracts
+from .alternation import Choice
+from .channel import ANY, Channel, Offer, OneOf, Undecided, Values
+from .data import Variables
+from .task import Task
 
 
 @dataclass(frozen=True)

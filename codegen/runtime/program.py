@@ -1,7 +1,7 @@
 """Programs: tasks put together, and the ways to run them.
 
 The same tasks are carried by threads (one each), by an asyncio event loop, or by a plain loop in the calling
-thread. What they do is the same algorithm each time, that of :class:`~cspcheck.codegen.runtime.run.Run`; with a virtual
+thread. What they do is the same algorithm each time, that of :class:`~.run.Run`; with a virtual
 clock it is also the same run, event for event.
 """
 
@@ -10,16 +10,16 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections import deque
-from collections.abc import Coroutine, Sequence
+from collections.abc import Callable, Coroutine, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from cspcheck.codegen.runtime.alternation import Fair, Policy
-from cspcheck.codegen.runtime.channel import Offer
-from cspcheck.codegen.runtime.clock import Clock, MonotonicClock, VirtualClock
-from cspcheck.codegen.runtime.recorder import Memory, Recorder
-from cspcheck.codegen.runtime.run import Outcome, Party, Run
-from cspcheck.codegen.runtime.task import Stopped, Task
+from .alternation import Fair, Policy
+from .channel import Offer
+from .clock import Clock, MonotonicClock, VirtualClock
+from .recorder import Nothing, Recorder
+from .run import Outcome, Party, Run
+from .task import Stopped, Task
 
 Runner = Literal["threads", "asyncio", "loop"]
 """Who carries the tasks."""
@@ -71,7 +71,7 @@ class Program:
             runner: who carries the tasks.
             clock: a monotonic clock unless another is given.
             policy: what decides between several possible events; :class:`Fair` if none is given.
-            recorder: is told every event.
+            recorder: is told every event; nothing is kept unless one is given.
             events: stop after so many events.
             seconds: stop at this time of the clock.
             serial: whether one task runs at a time. It must be so with a virtual clock and in a plain loop, and is
@@ -82,7 +82,7 @@ class Program:
             Exception: whatever a task or the recorder raised; all tasks have been stopped by then.
         """
         clock = clock if clock is not None else MonotonicClock()
-        recorder = recorder if recorder is not None else Memory()
+        recorder = recorder if recorder is not None else Nothing()
         must = runner == "loop" or isinstance(clock, VirtualClock)
         if must and serial is False:
             raise ValueError("with a virtual clock or in a plain loop one task runs at a time")
@@ -101,9 +101,9 @@ class Program:
                 if runner == "threads":
                     lingering = _threads(run, self.tasks)
                 elif runner == "asyncio":
-                    asyncio.run(_event_loop(run, self.tasks))
+                    lingering = _aside(run, lambda: asyncio.run(_event_loop(run, self.tasks)))
                 else:
-                    _plain_loop(run, self.tasks)
+                    lingering = _aside(run, lambda: _plain_loop(run, self.tasks))
         finally:
             self._current = None
             recorder.close()
@@ -116,6 +116,33 @@ class Program:
         """Stop the program, from another thread or from a task."""
         if self._current is not None:
             self._current.stop()
+
+
+def _aside(run: Run, carry: Callable[[], None]) -> tuple[str, ...]:
+    """Carry all tasks by one thread that can be left behind; the task that keeps it from ending, if one does.
+
+    A body that waits for something that never comes would otherwise keep the whole program from being stopped.
+    """
+    raised: list[BaseException] = []
+
+    def carried() -> None:
+        try:
+            carry()
+        except BaseException as error:
+            raised.append(error)
+        finally:
+            run.over.set()
+
+    thread = threading.Thread(target=carried, name="tasks", daemon=True)
+    thread.start()
+    try:
+        run.wait()
+    finally:
+        run.stop()
+        thread.join(PATIENCE)
+    if raised:
+        raise raised[0]
+    return (run.current,) if thread.is_alive() and run.current is not None else ()
 
 
 # --- threads ---------------------------------------------------------------------------------------------------
@@ -152,7 +179,7 @@ def _threads(run: Run, tasks: Sequence[Task]) -> tuple[str, ...]:
     try:
         for thread in threads:
             thread.start()
-        run.over.wait()
+        run.wait()
     finally:
         # Also when the main thread is interrupted: nobody is left behind.
         run.stop()
@@ -240,19 +267,14 @@ async def _event_loop(run: Run, tasks: Sequence[Task]) -> None:
     parties = [Party(task, flag) for task, flag in zip(tasks, flags, strict=True)]
     run.begin(parties)
     carriers = [asyncio.ensure_future(_carry(run, party, flag)) for party, flag in zip(parties, flags, strict=True)]
-    try:
-        await asyncio.gather(*carriers)
-    except asyncio.CancelledError:
-        # What asyncio makes of an interrupt: the tasks are told in their own way.
-        run.stop()
-        await asyncio.gather(*carriers, return_exceptions=True)
-        raise
+    await asyncio.gather(*carriers)
 
 
 async def _carry(run: Run, party: Party, flag: _Flag) -> None:
     """Carry one task."""
     if run.serial:
         await flag.wait(None)
+    run.current = party.task.name
     coroutine = party.task.run()
     error: BaseException | None = None
     try:
@@ -269,13 +291,10 @@ async def _carry(run: Run, party: Party, flag: _Flag) -> None:
                 outcome, party.outcome = party.outcome, None
             else:
                 await asyncio.sleep(0)  # a task that never has to wait must not keep the others from running
+            run.current = party.task.name
             offers = _next(coroutine, outcome)
     except StopIteration:
         pass
-    except asyncio.CancelledError:
-        coroutine.close()
-        run.leave(party)
-        raise
     except BaseException as raised:
         error = raised
     run.leave(party, error)
@@ -307,6 +326,7 @@ def _plain_loop(run: Run, tasks: Sequence[Task]) -> None:
         while turns:
             position = turns.popleft()
             party = parties[position]
+            run.current = party.task.name
             try:
                 coroutine = coroutines[position]
                 if coroutine is None:

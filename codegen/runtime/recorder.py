@@ -17,7 +17,7 @@ from collections.abc import Iterable
 from enum import Enum
 from typing import IO, Any, NamedTuple, Protocol
 
-from cspcheck.codegen.runtime.data import Tagged
+from .data import Tagged
 
 
 class Record(NamedTuple):
@@ -58,8 +58,18 @@ class Recorder(Protocol):
         """The program has ended."""
 
 
+class Nothing:
+    """Keeps nothing: what a program has that runs for years."""
+
+    def record(self, record: Record) -> None:
+        """Forget it."""
+
+    def close(self) -> None:
+        """Nothing is left to do."""
+
+
 class Memory:
-    """Keeps the records in a list."""
+    """Keeps the records in a list, all of them: for tests."""
 
     def __init__(self) -> None:
         self.records: list[Record] = []

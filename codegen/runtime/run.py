@@ -17,12 +17,12 @@ from collections.abc import Sequence
 from heapq import heappop, heappush
 from typing import Protocol
 
-from cspcheck.codegen.runtime.alternation import Board, Choice, Commit, Policy, agreed
-from cspcheck.codegen.runtime.channel import ANY, Offer, OneOf, Values, WrongOffer
-from cspcheck.codegen.runtime.clock import Clock, MonotonicClock
-from cspcheck.codegen.runtime.recorder import Record, Recorder
-from cspcheck.codegen.runtime.task import Stopped, Task
-from cspcheck.codegen.runtime.waiting import deadlock
+from .alternation import Board, Choice, Commit, Policy, agreed
+from .channel import ANY, Offer, OneOf, Values, WrongOffer
+from .clock import Clock, MonotonicClock
+from .recorder import Record, Recorder
+from .task import Stopped, Task
+from .waiting import deadlock
 
 Outcome = Choice | Stopped
 """What a task that waited is told."""
@@ -91,6 +91,8 @@ class Run:
         self._closed = False
         self.over = threading.Event()
         """Set when nothing will happen any more."""
+        self.current: str | None = None
+        """The task that runs, or ran last, where one thread carries them all."""
         self._ready: list[tuple[int, int, Party]] = []
         self._queued = 0
 
@@ -213,7 +215,9 @@ class Run:
             self._ended[party.task.name] = None
             self._running -= 1
             if error is not None and not isinstance(error, Stopped):
-                error.add_note(f"in the task {party.task.name}")
+                note = f"in the task {party.task.name}"
+                if note not in getattr(error, "__notes__", ()):  # the same error may be raised run after run
+                    error.add_note(note)
                 self._close(error)
             if self.serial:
                 self._pass_on()
@@ -236,6 +240,15 @@ class Run:
         """An internal choice."""
         with self._lock:
             return self._policy.decide(task, ways)
+
+    def wait(self) -> None:
+        """Wait until nothing will happen any more; a task that never comes back does not keep that from being so."""
+        if self._until is None or not isinstance(self.clock, MonotonicClock):
+            self.over.wait()
+            return
+        while not self.over.wait(max(0.0, self._until - self.clock.now())):
+            if self.clock.now() >= self._until:
+                self.stop()
 
     def stop(self, failure: BaseException | None = None) -> None:
         """End the run: every task gets :class:`Stopped` where it waits or next comes to wait."""

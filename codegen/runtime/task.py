@@ -6,16 +6,17 @@ the program is run. Nothing but the methods of this class may be awaited in it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Coroutine, Generator
+import inspect
+from collections.abc import Callable, Coroutine, Generator, Sequence
 from dataclasses import dataclass
 from types import coroutine
 from typing import TYPE_CHECKING, Any, Final
 
-from cspcheck.codegen.runtime.alternation import Choice
-from cspcheck.codegen.runtime.channel import ANY, Offer, OneOf, Undecided, Values
+from .alternation import Choice
+from .channel import ANY, Offer, OneOf, Undecided, Values
 
 if TYPE_CHECKING:
-    from cspcheck.codegen.runtime.run import Run
+    from .run import Run
 
 
 class Stopped(BaseException):
@@ -23,6 +24,22 @@ class Stopped(BaseException):
 
     Not an ``Exception``, so that a task that catches its own errors does not catch this one.
     """
+
+
+class WrongMethods(Exception):
+    """Methods written by hand that do not fit their task: the specification has changed since."""
+
+    def __init__(self, task: str, file: str, problems: Sequence[str]) -> None:
+        self.problems = tuple(problems)
+        super().__init__(
+            "\n".join(
+                [
+                    f"{task}: its methods in {file} do not fit the specification any more",
+                    *[f"  {problem}" for problem in problems],
+                    "  change them there; `cspcheck gen` shows how they should look",
+                ]
+            )
+        )
 
 
 @coroutine
@@ -137,7 +154,14 @@ class Task:
         return self._run
 
     def begin(self, run: Run) -> None:
-        """Become part of a run."""
+        """Become part of a run.
+
+        Raises:
+            WrongMethods: methods written by hand do not have the parameters that they will be called with.
+        """
+        methods = getattr(self, "methods", None)
+        if methods is not None:
+            check_methods(self.name, methods)
         self._run = run
         self.releases = self.missed = self._next = 0
 
@@ -155,3 +179,31 @@ class Task:
         values = tuple(next(rest) if field is ANY or type(field) is OneOf else field for field in offer.fields)
         self.carrier.done(self.name, offer, values)
         return values
+
+
+def check_methods(task: str, methods: object) -> None:
+    """Make sure that methods written by hand can be called as those of the class that they are derived from.
+
+    Raises:
+        WrongMethods: one has other parameters, or there is one that nothing calls.
+    """
+    written = type(methods)
+    (wanted, *_) = written.__bases__
+    if wanted is object:
+        return
+    problems = []
+    for name, method in vars(written).items():
+        if name.startswith("_") or not inspect.isfunction(method):
+            continue
+        original = getattr(wanted, name, None)
+        if original is None:
+            problems.append(f"`{name}` is no method of it any more")
+        elif [*inspect.signature(method).parameters] != [*inspect.signature(original).parameters]:
+            problems.append(f"`{name}{_parameters(method)}` is written, and should be `{name}{_parameters(original)}`")
+    if problems:
+        file = inspect.getsourcefile(written) or written.__module__
+        raise WrongMethods(task, file.replace("\\", "/").rpartition("/")[2], problems)
+
+
+def _parameters(method: Callable[..., Any]) -> str:
+    return f"({', '.join(inspect.signature(method).parameters)})"

@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from cspcheck.codegen.runtime.alternation import Board
+from .alternation import Board
 
 
 @dataclass(frozen=True, slots=True)

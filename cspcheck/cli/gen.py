@@ -28,7 +28,8 @@ def command(**options: Any) -> None:
     """Generate a Python program of tasks and channels that runs as it is.
 
     FILE is a script; what is composed in parallel in it becomes tasks. Generated files are written anew each time; the
-    files that end in `_methods.py` are yours and are written once.
+    files that end in `_methods.py` are yours and are written once. Exit code 1 says that one of these does not fit the
+    specification any more.
     """
     from cspcheck.checking import Settings, load
     from cspcheck.cli.streams import Remarks, StandardOutput
@@ -69,4 +70,4 @@ def command(**options: Any) -> None:
     for left in orphans(texts, options["output"]):
         say(f"yours, and no task uses it any more: {left}\n")
     say(f"run it with: python {options['output'].rstrip('/')}/main.py\n")
-    finish(Exit.OK)
+    finish(Exit.FAILED if result.warnings else Exit.OK)

@@ -88,6 +88,15 @@ def _head(evaluator: Evaluator, pattern: syntax.NamePattern, frame: Frame) -> Ca
     return lambda: unit.head(symbol)
 
 
+def named_head(evaluator: Evaluator, pattern: syntax.Pattern, frame: Frame) -> Callable[[], Head] | None:
+    """What finds the channel or constructor that *pattern* is; None if it is any other pattern."""
+    while isinstance(pattern, syntax.ParenPattern):
+        pattern = pattern.inner
+    if isinstance(pattern, syntax.NamePattern) and not is_variable(evaluator, pattern):
+        return _head(evaluator, pattern, frame)
+    return None
+
+
 def _same_head(find: Callable[[], Head]) -> Matcher:
     def match(env: Env, value: Any) -> Env | None:
         if type(value) is Thunk:
@@ -296,12 +305,13 @@ def _set(evaluator: Evaluator, pattern: syntax.SetPattern, frame: Frame) -> tupl
 # --- dotted values -------------------------------------------------------------------------------------------
 
 
-def _flat_dots(pattern: syntax.Pattern) -> list[syntax.Pattern]:
+def flat_dots(pattern: syntax.Pattern) -> list[syntax.Pattern]:
+    """The patterns between the dots of *pattern*, brackets or not."""
     match pattern:
         case syntax.ParenPattern():
-            return _flat_dots(pattern.inner)
+            return flat_dots(pattern.inner)
         case syntax.DotPattern():
-            return [*_flat_dots(pattern.left), *_flat_dots(pattern.right)]
+            return [*flat_dots(pattern.left), *flat_dots(pattern.right)]
     return [pattern]
 
 
@@ -321,7 +331,7 @@ def _spread(value: Any) -> tuple[Any, ...]:
 def _dots(evaluator: Evaluator, pattern: syntax.DotPattern, frame: Frame) -> tuple[Matcher, Frame]:
     """Parts match from the left: a constructor or channel by name, its fields behind it; the last takes the rest."""
     steps: list[tuple[Callable[[], Head] | None, Matcher | None]] = []
-    flat = _flat_dots(pattern)
+    flat = flat_dots(pattern)
     for item in flat:
         if isinstance(item, syntax.NamePattern) and not is_variable(evaluator, item):
             steps.append((_head(evaluator, item, frame), None))

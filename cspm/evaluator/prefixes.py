@@ -3,19 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from cspcheck.cspm.evaluator.core import PROCESSES, VALUES, Evaluator, compiles
 from cspcheck.cspm.evaluator.dotting import dot_parts, with_fields
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.evaluator.free import mentioned
-from cspcheck.cspm.evaluator.patterns import Matcher, compile_pattern, is_irrefutable, is_variable
+from cspcheck.cspm.evaluator.patterns import (
+    Matcher,
+    compile_pattern,
+    flat_dots,
+    is_irrefutable,
+    is_variable,
+    named_head,
+)
 from cspcheck.cspm.evaluator.timed import timed_prefix
 from cspcheck.cspm.process.terms import STOP, InternalChoice, Prefix, Process
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.values import dots, messages as messages
-from cspcheck.cspm.values.dots import ChannelHead, Dotted, Event, as_one, extension_parts, joined, next_field
+from cspcheck.cspm.values.dots import (
+    ChannelHead,
+    Dotted,
+    Event,
+    Head,
+    absorb,
+    as_one,
+    extension_parts,
+    joined,
+    next_field,
+    single_extensions,
+)
 from cspcheck.cspm.values.failure import Failure
 from cspcheck.cspm.values.sets import Set
 from cspcheck.cspm.values.thunks import Code, Env
@@ -23,10 +42,36 @@ from cspcheck.cspm.values.thunks import Code, Env
 Branches: TypeAlias = list[tuple[int, Process]]
 Step: TypeAlias = Callable[[Env, Any, Branches], None]
 """Goes on from an environment and the event so far, and adds the branches found."""
+Choice: TypeAlias = Callable[[Env, Any], list[tuple[Env, Any]]]
+"""From an environment and the event so far to those that each value of the next part leads to."""
 
 
 MOST_BRANCHES = 1 << 20
 """A prefix offers at most so many events."""
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """What a prefix says of the next part of its event: a field, or what stands between two dots of a pattern.
+
+    Every part stands for one single field, but for the last one: a pattern there is for all that is missing.
+    """
+
+    field: syntax.Field
+    pattern: syntax.Pattern | None
+    is_last: bool
+
+
+def _parts(node: syntax.Prefix) -> tuple[Part, ...]:
+    """The fields of *node*, with dotted patterns taken apart, but for those with a set of their own."""
+    found: list[tuple[syntax.Field, syntax.Pattern | None]] = []
+    for field in node.fields:
+        if field.pattern is None or field.restriction is not None:
+            found.append((field, field.pattern))
+        else:
+            found += [(field, pattern) for pattern in flat_dots(field.pattern)]
+    last = len(found) - 1
+    return tuple([Part(field, pattern, i == last) for i, (field, pattern) in enumerate(found)])
 
 
 def _number(branch: tuple[int, Process]) -> int:
@@ -56,17 +101,17 @@ def _prefix(evaluator: Evaluator, node: syntax.Prefix, frame: Frame) -> Callable
             return Prefix((branch,))
 
         return plain
-    return _communication(evaluator, node, frame, channel, 0)
+    fields = _parts(node)
+    if fields[0].field.kind == "$":
+        return _internal(evaluator, node, fields, frame, channel)
+    return _external(evaluator, node, fields, frame, channel)
 
 
-def _communication(
-    evaluator: Evaluator, node: syntax.Prefix, frame: Frame, event: Code, position: int
+def _external(
+    evaluator: Evaluator, node: syntax.Prefix, parts: tuple[Part, ...], frame: Frame, event: Code
 ) -> Callable[[Env], Process]:
-    """The prefix from its field at *position* on; internal choices of fields come first."""
-    field = node.fields[position]
-    if field.kind == "$":
-        return _internal(evaluator, node, frame, event, position)
-    steps = _steps(evaluator, node, frame, position, _shared_body(evaluator, node, frame, position))
+    """A prefix without internal choices of fields."""
+    steps = _steps(evaluator, node, parts, frame, _shared_body(evaluator, node, frame))
     span = node.span
     timing = frame.timing
 
@@ -90,12 +135,10 @@ def _no_event(value: Any, span: Span) -> Failure:
     return Failure(messages.wrong_kind("an event", value, span))
 
 
-def _shared_body(
-    evaluator: Evaluator, node: syntax.Prefix, frame: Frame, position: int
-) -> Callable[[Env], Process] | None:
+def _shared_body(evaluator: Evaluator, node: syntax.Prefix, frame: Frame) -> Callable[[Env], Process] | None:
     """What follows, if it does not depend on the fields: one evaluation then serves all events."""
     used = mentioned(node.body, evaluator.names, evaluator.free_variables)
-    for field in node.fields[position:]:
+    for field in node.fields:
         if field.pattern is not None:
             _, inside = compile_pattern(evaluator, field.pattern, Frame.outermost(frame.unit), evaluated=True)
             if not used.isdisjoint(inside.slots):
@@ -108,12 +151,12 @@ def _shared_body(
 def _steps(
     evaluator: Evaluator,
     node: syntax.Prefix,
+    parts: tuple[Part, ...],
     frame: Frame,
-    position: int,
     shared: Callable[[Env], Process] | None,
 ) -> Step:
-    """The fields from *position* on, and what follows them (*shared* by all events, if it depends on no field)."""
-    if position == len(node.fields):
+    """The *parts* that are left, and what follows them (*shared* by all events, if it depends on no field)."""
+    if not parts:
         body = evaluator.process(node.body, frame) if shared is None else shared
         span = node.span
 
@@ -126,22 +169,31 @@ def _steps(
                 branches.append((event.number, body(env)))
 
         return finish
-    field = node.fields[position]
-    last = position == len(node.fields) - 1
+    part, *others = parts
+    field, pattern = part.field, part.pattern
+    behind = tuple(others)
     if field.kind == "!":
         assert field.expression is not None
         value = evaluator.value(field.expression, frame)
-        rest = _steps(evaluator, node, frame, position + 1, shared)
-        return _output(value, field.span, rest)
-    assert field.pattern is not None
-    restriction = None if field.restriction is None else evaluator.value(field.restriction, frame)
-    matcher, inside = compile_pattern(evaluator, field.pattern, frame, evaluated=True)
-    rest = _steps(evaluator, node, inside, position + 1, shared)
-    plain_input = is_variable(evaluator, field.pattern)
-    if last and restriction is None and is_irrefutable(evaluator, field.pattern):
+        return _output(value, field.span, _steps(evaluator, node, behind, frame, shared))
+    assert pattern is not None
+    plain = field.restriction is None
+    if plain and part.is_last and is_irrefutable(evaluator, pattern):
+        matcher, inside = compile_pattern(evaluator, pattern, frame, evaluated=True)
+        rest = _steps(evaluator, node, behind, inside, shared)
         body = evaluator.process(node.body, inside) if shared is None else shared
-        return _whole_field(field.span, plain_input, body, shared is not None, rest, matcher)
-    return _input(field, last, restriction, matcher, rest)
+        return _whole_field(field.span, is_variable(evaluator, pattern), body, shared is not None, rest, matcher)
+    choose, inside = _choice(evaluator, part, frame)
+    rest = _steps(evaluator, node, behind, inside, shared)
+    span = field.span
+
+    def read(env: Env, event: Any, branches: Branches) -> None:
+        for found, extended in choose(env, event):
+            rest(found, extended, branches)
+            if len(branches) > MOST_BRANCHES:
+                raise Failure(messages.too_many_completions(event, MOST_BRANCHES), is_limit=True).at(span)
+
+    return read
 
 
 def _output(value: Code, span: Span, rest: Step) -> Step:
@@ -204,7 +256,7 @@ def _missing(event: Dotted, last: bool, span: Span) -> list[tuple[Any, ...]]:
     try:
         if last:
             return list(extension_parts(event))
-        return [(value,) for value in next_field(event).elements()]
+        return [(value,) for value in single_extensions(event)]
     except Failure as failure:
         failure.at(span)
         raise
@@ -222,60 +274,91 @@ def _input_over_all(span: Span, matcher: Matcher, rest: Step) -> Step:
     return over_all
 
 
-def _input(field: syntax.Field, last: bool, restriction: Code | None, matcher: Matcher, rest: Step) -> Step:
+def _choice(evaluator: Evaluator, part: Part, frame: Frame) -> tuple[Choice, Frame]:
+    """What a part that is a ``?`` or ``$`` can be, and the frame behind it."""
+    field, pattern = part.field, part.pattern
+    assert pattern is not None
+    if field.restriction is not None:
+        restriction = evaluator.value(field.restriction, frame)
+        matcher, inside = compile_pattern(evaluator, pattern, frame, evaluated=True)
+        return _restricted(restriction, matcher, part.is_last, field.span), inside
+    find = named_head(evaluator, pattern, frame)
+    if find is not None:
+        return _named(find, field.span), frame
+    matcher, inside = compile_pattern(evaluator, pattern, frame, evaluated=True)
     span = field.span
 
-    def read(env: Env, event: Any, branches: Branches) -> None:
-        for found, extended in _choices(env, event, last, restriction, matcher, span):
-            rest(found, extended, branches)
-            if len(branches) > MOST_BRANCHES:
-                raise Failure(messages.too_many_completions(event, MOST_BRANCHES), is_limit=True).at(span)
-
-    return read
-
-
-def _choices(
-    env: Env, event: Any, last: bool, restriction: Code | None, matcher: Matcher, span: Span
-) -> list[tuple[Env, Any]]:
-    """The environments and events for each value that a ``?`` or ``$`` field can have."""
-    if not dots.is_incomplete(event):
-        raise _no_field(event, span)
-    chosen: list[tuple[Env, Any]] = []
-    if restriction is None:
-        for parts in _missing(event, last, span):
+    def choose(env: Env, event: Any) -> list[tuple[Env, Any]]:
+        if not dots.is_incomplete(event):
+            raise _no_field(event, span)
+        chosen: list[tuple[Env, Any]] = []
+        for parts in _missing(event, part.is_last, span):
             found = matcher(env, as_one(parts))
             if found is not None:
                 chosen.append((found, joined(event, parts)))
         return chosen
-    values = restriction(env)
-    if not isinstance(values, Set):
-        raise Failure(messages.wrong_kind("a set", values, span))
-    try:
-        if values.is_finite():
-            for value in values.elements():
-                extended = dots.dot(event, value)
-                found = matcher(env, value)
-                if found is not None:
-                    chosen.append((found, extended))
-        else:
-            for parts in _missing(event, last, span):
-                value = as_one(parts)
-                if values.contains(value):
+
+    return choose, inside
+
+
+def _named(find: Callable[[], Head], span: Span) -> Choice:
+    """A part that names a constructor or channel: that comes next in the event, if it can, and its fields behind it."""
+
+    def choose(env: Env, event: Any) -> list[tuple[Env, Any]]:
+        if not dots.is_incomplete(event):
+            raise _no_field(event, span)
+        head = find()
+        try:
+            if dots.is_incomplete(head.value):
+                allowed = next_field(event).may_contain_head(head)
+            else:
+                allowed = any(value == head.value for value in single_extensions(event))
+            return [(env, absorb(event, head.value))] if allowed else []
+        except Failure as failure:
+            failure.at(span)
+            raise
+
+    return choose
+
+
+def _restricted(restriction: Code, matcher: Matcher, last: bool, span: Span) -> Choice:
+    """A part with a set of its own, ``?x:S``."""
+
+    def choose(env: Env, event: Any) -> list[tuple[Env, Any]]:
+        if not dots.is_incomplete(event):
+            raise _no_field(event, span)
+        values = restriction(env)
+        if not isinstance(values, Set):
+            raise Failure(messages.wrong_kind("a set", values, span))
+        chosen: list[tuple[Env, Any]] = []
+        try:
+            if values.is_finite():
+                for value in values.elements():
+                    extended = dots.dot(event, value)
                     found = matcher(env, value)
                     if found is not None:
-                        chosen.append((found, joined(event, parts)))
-    except Failure as failure:
-        failure.at(span)
-        raise
-    return chosen
+                        chosen.append((found, extended))
+            else:
+                for parts in _missing(event, last, span):
+                    value = as_one(parts)
+                    if values.contains(value):
+                        found = matcher(env, value)
+                        if found is not None:
+                            chosen.append((found, joined(event, parts)))
+        except Failure as failure:
+            failure.at(span)
+            raise
+        return chosen
+
+    return choose
 
 
 def _internal(
-    evaluator: Evaluator, node: syntax.Prefix, frame: Frame, event: Code, position: int
+    evaluator: Evaluator, node: syntax.Prefix, parts: tuple[Part, ...], frame: Frame, event: Code
 ) -> Callable[[Env], Process]:
     """A ``$`` field: one internal choice over its values, and those of the ``$`` fields behind it."""
-    choose = _internal_steps(evaluator, node, frame, position)
-    span = node.fields[position].span
+    choose = _internal_steps(evaluator, node, parts, frame)
+    span = parts[0].field.span
 
     def decide(env: Env) -> Process:
         operands: list[Process] = []
@@ -288,9 +371,9 @@ def _internal(
 
 
 def _internal_steps(
-    evaluator: Evaluator, node: syntax.Prefix, frame: Frame, position: int
+    evaluator: Evaluator, node: syntax.Prefix, parts: tuple[Part, ...], frame: Frame
 ) -> Callable[[Env, Any, list[Process]], None]:
-    if position == len(node.fields):
+    if not parts:
         body = evaluator.process(node.body, frame)
         span = node.span
 
@@ -300,9 +383,9 @@ def _internal_steps(
             operands.append(Prefix(((event.number, body(env)),)))
 
         return finish
-    field = node.fields[position]
-    if field.kind != "$":
-        steps = _steps(evaluator, node, frame, position, None)
+    part, *others = parts
+    if part.field.kind != "$":
+        steps = _steps(evaluator, node, parts, frame, None)
 
         def communicate(env: Env, event: Any, operands: list[Process]) -> None:
             branches: Branches = []
@@ -311,15 +394,11 @@ def _internal_steps(
             operands.append(Prefix(tuple(branches)) if branches else STOP)
 
         return communicate
-    assert field.pattern is not None
-    last = position == len(node.fields) - 1
-    restriction = None if field.restriction is None else evaluator.value(field.restriction, frame)
-    matcher, inside = compile_pattern(evaluator, field.pattern, frame, evaluated=True)
-    rest = _internal_steps(evaluator, node, inside, position + 1)
-    span = field.span
+    choose, inside = _choice(evaluator, part, frame)
+    rest = _internal_steps(evaluator, node, tuple(others), inside)
 
     def decide(env: Env, event: Any, operands: list[Process]) -> None:
-        for found, extended in _choices(env, event, last, restriction, matcher, span):
+        for found, extended in choose(env, event):
             rest(found, extended, operands)
 
     return decide

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cspcheck.cspm.diagnostics import Diagnostic, Label, mistake
+from cspcheck.cspm.diagnostics import Diagnostic, Label, Severity, mistake
 from cspcheck.cspm.source import Span
 
 
@@ -337,4 +337,24 @@ def unknown_override(name: str, suggested: Sequence[str], *, defined: Span | Non
         "CSP220",
         f"`{name}` cannot be overridden: the script does not define it",
         help=f"did you mean {_quoted(suggested)}?" if suggested else None,
+    )
+
+
+@mistake(
+    "CSP221",
+    "an input that can match no event of its channel",
+    explanation="The pattern of the input is for no value that the channel declares for the field, so the prefix "
+    "never offers anything. It is allowed, as a process that does nothing; mostly the channel's set or the pattern is "
+    "wrong.",
+    example="channel c : {0..3}\nP = c?5 -> STOP",
+    repair="channel c : {0..3}\nP = c?3 -> STOP",
+)
+def input_matches_nothing(span: Span, pattern: str, channel: str, expected: object) -> Diagnostic:
+    """An input whose *pattern* is for none of the values in *expected*, the set of the channel's field."""
+    return Diagnostic(
+        "CSP221",
+        f"this input of `{channel}` offers nothing: no value of its field is like `{pattern}`",
+        span,
+        Severity.WARNING,
+        annotation=f"matches nothing in {expected!r}",
     )

@@ -321,6 +321,30 @@ def next_field(value: Dotted) -> Set:
     return value.head.domains[len(value.fields)]
 
 
+def single_extensions(value: Dotted) -> list[Any]:
+    """What the next single field of an incomplete *value* can be, in order, inside all that it is a part of."""
+    candidates = next_field(value).elements()
+    outer: list[tuple[Set, Dotted]] = []
+    while value.fields and is_incomplete(value.fields[-1]):
+        domain = value.head.domains[len(value.fields) - 1]
+        value = value.fields[-1]
+        outer.append((domain, value))
+    if not outer:
+        return candidates
+    return [part for part in candidates if _fits(outer, part)]
+
+
+def _fits(outer: list[tuple[Set, Dotted]], part: Any) -> bool:
+    """Whether *part* may come next in the innermost of the values in *outer*, each of which a set must contain."""
+    for domain, value in reversed(outer):
+        part = absorb(value, part) if value is outer[-1][1] else _with_fields(value.head, (*value.fields[:-1], part))
+        if is_incomplete(part):
+            return True
+        if not domain.contains(part):
+            return False
+    return True
+
+
 def extension_parts(value: Dotted) -> Iterator[tuple[Any, ...]]:
     """What can be dotted onto an incomplete *value* to complete it, as the parts side by side, in order.
 

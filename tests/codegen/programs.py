@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import importlib
+import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import Any
 
 import cspcheck
 from cspcheck import testing
+from cspcheck.codegen import runtime
 from cspcheck.codegen.design.pieces import InternalChoice
 from cspcheck.codegen.design.program import design
 from cspcheck.codegen.emit.keeping import write
@@ -42,18 +45,28 @@ def generate(script: cspcheck.Script, process: str, folder: Path, internal_choic
 
 @contextmanager
 def loaded(folder: Path) -> Iterator[Any]:
-    """The main module of the program in a folder."""
-    before = set(sys.modules)
-    sys.path.insert(0, str(folder))
+    """The main module of the program in a folder.
+
+    Its runtime is a copy of ours; here it is ours, so that tests can run the tasks with what they import themselves.
+    """
+    name = "program_under_test"
+    spec = spec_from_file_location(name, folder / "__init__.py")
+    assert spec is not None
+    sys.modules[name] = module_from_spec(spec)
+    sys.modules[f"{name}.runtime"] = runtime
     importlib.invalidate_caches()
     try:
-        yield importlib.import_module("main")
+        yield importlib.import_module(f"{name}.main")
     finally:
-        sys.path.remove(str(folder))
-        for name in set(sys.modules) - before:
-            origin = getattr(sys.modules[name], "__file__", None)
-            if origin is not None and Path(origin).parent == folder:
-                del sys.modules[name]
+        for one in [one for one in sys.modules if one.partition(".")[0] == name]:
+            del sys.modules[one]
+
+
+def strictly_typed(folder: Path) -> str:
+    """What ``mypy --strict`` has to say of the program in a folder: "" if nothing."""
+    command = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(folder.parent / ".cache"), folder.name]
+    done = subprocess.run(command, cwd=folder.parent, capture_output=True, text=True, env={"PATH": ""}, check=False)
+    return "" if done.returncode == 0 else done.stdout + done.stderr
 
 
 class Both:

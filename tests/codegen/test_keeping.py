@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import tempfile
 from contextlib import suppress
 from pathlib import Path
@@ -43,6 +45,11 @@ def texts(script: str) -> Project:
     return project(design(cspcheck.loads(script)._script, "SYSTEM"), "program")
 
 
+def contents(folder: Path) -> dict[str, bytes]:
+    """What is in the files of a folder."""
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
 PROJECTS = {text: texts(text) for text in (ONE, TWO, THREE)}
 
 
@@ -77,11 +84,11 @@ def test_a_task_that_is_gone_leaves_its_methods(tmp_path: Path) -> None:
 def test_an_edited_generated_file_stops_everything(tmp_path: Path) -> None:
     write(texts(ONE), tmp_path)
     (tmp_path / "maker.py").write_text("# edited\n")
-    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    before = contents(tmp_path)
     for script in (ONE, TWO, THREE):
         with pytest.raises(cspcheck.ScriptError, match=r"CSP808: .maker\.py. was edited since"):
             write(texts(script), tmp_path)
-    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+    assert contents(tmp_path) == before
     assert write(texts(TWO), tmp_path, force=True).saved == ["maker.py.edited"]
     assert (tmp_path / "maker.py.edited").read_text() == "# edited\n"
 
@@ -103,7 +110,7 @@ def test_nothing_that_a_person_wrote_is_ever_lost(data: st.DataObject) -> None:
         write(PROJECTS[ONE], folder)
         marks: list[str] = []
         for _ in range(data.draw(st.integers(1, 5))):
-            files = sorted(path for path in folder.iterdir() if path.name != LIST and not path.name.startswith("."))
+            files = sorted(path for path in folder.rglob("*") if path.is_file() and not path.name.startswith("."))
             path = data.draw(st.sampled_from(files))
             mark = f"# mine {len(marks)}"
             if data.draw(st.booleans()):
@@ -114,5 +121,49 @@ def test_nothing_that_a_person_wrote_is_ever_lost(data: st.DataObject) -> None:
             script = data.draw(st.sampled_from(sorted(PROJECTS)))
             with suppress(cspcheck.ScriptError):
                 write(PROJECTS[script], folder, force=data.draw(st.booleans()))
-            everything = "\n".join(path.read_text() for path in folder.iterdir())
+            everything = "\n".join(path.read_text() for path in folder.rglob("*") if path.is_file())
             assert [mark for mark in marks if mark not in everything] == []
+
+
+class TestAFolderThatSomebodyElsePrepared:
+    """It cannot make a generation write, rename or remove anything outside."""
+
+    @pytest.mark.parametrize(
+        "name", ["../precious.txt", "a/b.py", "runtime/../../precious.txt", "..", "", "{absolute}"]
+    )
+    @pytest.mark.parametrize("right", [True, False])
+    def test_a_list_with_other_names_stops_everything(self, name: str, right: bool, tmp_path: Path) -> None:
+        precious = tmp_path / "precious.txt"
+        precious.write_text("mine\n")
+        digest = hashlib.sha256(b"mine\n" if right else b"other").hexdigest()
+        folder = tmp_path / "program"
+        folder.mkdir()
+        listed = {"generated": {name.format(absolute=precious): digest}}
+        (folder / LIST).write_text(json.dumps(listed))
+        with pytest.raises(cspcheck.ScriptError, match="CSP813"):
+            write(texts(ONE), folder, force=True)
+        assert contents(tmp_path) == {"precious.txt": b"mine\n", f"program/{LIST}": json.dumps(listed).encode()}
+
+    def test_nothing_is_written_through_a_link(self, tmp_path: Path) -> None:
+        precious = tmp_path / "precious.txt"
+        precious.write_text("mine\n")
+        folder = tmp_path / "program"
+        write(texts(ONE), folder)
+        for name in ("main.py", ".main.py.new", "maker_methods.py.new"):
+            (folder / name).unlink(missing_ok=True)
+            (folder / name).symlink_to(precious)
+        with suppress(cspcheck.ScriptError):
+            write(texts(TWO), folder, force=True)
+        write(texts(TWO), folder, force=True)
+        assert precious.read_text() == "mine\n"
+        assert not (folder / "main.py").is_symlink()
+
+    @pytest.mark.parametrize("name", [LIST, "runtime"])
+    def test_a_linked_list_or_runtime_is_foreign(self, name: str, tmp_path: Path) -> None:
+        folder = tmp_path / "program"
+        folder.mkdir()
+        (tmp_path / "elsewhere").mkdir()
+        (folder / name).symlink_to(tmp_path / "elsewhere")
+        with pytest.raises(cspcheck.ScriptError, match="CSP810"):
+            write(texts(ONE), folder)
+        assert list((tmp_path / "elsewhere").iterdir()) == []

@@ -5,6 +5,8 @@ from __future__ import annotations
 import itertools
 import json
 import random
+import threading
+import tracemalloc
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +32,7 @@ from cspcheck.codegen.runtime import (
     VirtualClock,
     WrongOffer,
     one_of,
+    program,
 )
 from tests.codegen.automata import Design, designs
 
@@ -430,3 +433,57 @@ class TestEnds:
             "hidden": True,
         }
         assert last["event"] == "tick"
+
+
+class TestBodiesThatBlock:
+    @runners
+    def test_a_body_that_never_comes_back_is_left_behind(self, runner: Runner, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(program, "PATIENCE", 0.05)
+        forever = threading.Event()
+        c, d = Channel("c", parties=["Stuck"]), Channel("d", parties=["Free"])
+
+        async def stuck(task: Task) -> None:
+            await task.perform(c.own(forever.wait))
+
+        async def free(task: Task) -> None:
+            await task.perform(d.meet())
+            await task.stop()
+
+        try:
+            summary = Program([Doing("Free", free), Doing("Stuck", stuck)]).run(runner, seconds=0.05)
+        finally:
+            forever.set()
+        assert summary.lingering == ("Stuck",)
+
+    @runners
+    def test_what_a_body_raises_is_told_once(self, runner: Runner) -> None:
+        c = Channel("c", parties=["T"])
+
+        def wrong() -> None:
+            raise error
+
+        error = ValueError("no")
+        for _ in range(3):
+            with pytest.raises(ValueError, match="no") as raised:
+                Program([Doing("T", lambda task: task.perform(c.own(wrong)))]).run(runner)
+        assert raised.value.__notes__ == ["in the task T"]
+
+
+def test_without_a_recorder_no_event_is_kept() -> None:
+    """A program that runs for years must not grow."""
+    c = Channel("c", parties=["T"])
+
+    async def forever(task: Task) -> None:
+        while True:
+            await task.perform(c.meet())
+
+    def growth(events: int) -> int:
+        tracemalloc.start()
+        try:
+            Program([Doing("T", forever)]).run("loop", events=events)
+            return tracemalloc.get_traced_memory()[1]
+        finally:
+            tracemalloc.stop()
+
+    growth(10)
+    assert growth(5_000) < growth(50) + 10_000

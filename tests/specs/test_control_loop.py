@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib
 import json
 import shutil
-import sys
 import threading
 from pathlib import Path
 
@@ -30,7 +29,7 @@ def test_the_loop_stops_the_vehicle_at_obstacles_and_in_silence_and_keeps_to_its
     run = tmp_path / "run.jsonl"
     with loaded(tmp_path) as main:
         program = Program(main.tasks())
-        world = importlib.import_module("link").world
+        world = importlib.import_module(f"{main.__package__}.link").world
         ended = threading.Event()
         threading.Thread(target=lambda: (ended.wait(), world.closed.set(), program.stop()), daemon=True).start()
         world.start(ended)
@@ -39,7 +38,6 @@ def test_the_loop_stops_the_vehicle_at_obstacles_and_in_silence_and_keeps_to_its
         finally:
             ended.set()
             world.close()
-            del sys.modules["link"]
 
     assert summary.lingering == ()
     scenes = [scene for scene, _ in world.seen]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from avoid_collision import AvoidCollisionData, AvoidCollisionMethods
-from data_types import STATUS
-from link import world
+from .avoid_collision import AvoidCollisionData, AvoidCollisionMethods
+from .data_types import STATUS
+from .link import world
 
 
 class Methods(AvoidCollisionMethods):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 
-from base_reader import BaseReaderData, BaseReaderMethods
-from link import world
+from .base_reader import BaseReaderData, BaseReaderMethods
+from .link import world
 
 MESSAGE = re.compile(r"\$(?:[xyzt]-?[0-9]+\.[0-9]{2})+\$")
 FIELD = re.compile(r"([xyzt])(-?[0-9]+)\.([0-9]{2})")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from link import world
-from thruster_writer import ThrusterWriterData, ThrusterWriterMethods
+from .link import world
+from .thruster_writer import ThrusterWriterData, ThrusterWriterMethods
 
 
 class Methods(ThrusterWriterMethods):
