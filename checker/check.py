@@ -224,21 +224,28 @@ class Checker:
             length: for ``has trace`` the number of events, which the beginning may tell all about.
         """
         try:
-            return check(self._context(budget))
+            return self._in_words(check(self._context(budget)))
         except Incomplete as incomplete:
             unknown = budget.outcome(Verdict.UNKNOWN, incomplete.reason, incomplete.states, incomplete.transitions)
             if subject is None or not incomplete.endless:
                 return unknown
         try:
             machines, levels = self._machines.at_the_beginning(subject, budget)
-            found = check(Context(machines, self._script.events, budget))
+            found = self._in_words(check(Context(machines, self._script.events, budget)))
         except (Incomplete, ReplayFailure):
             # Beyond the levels that are there as a whole the machine has deadlocks that the process does not have.
             return unknown
         told = found.verdict is Verdict.PASS and length is not None and length < levels
         if found.counterexample is not None:
-            told = sum(event != "tau" for event in found.counterexample.trace) < levels
+            told = sum(event != found.counterexample.tau for event in found.counterexample.trace) < levels
         return found if told else unknown
+
+    def _in_words(self, outcome: Outcome) -> Outcome:
+        """The outcome with the word that the script leaves free for the internal action."""
+        tau = self._script.events.tau
+        if outcome.counterexample is None or outcome.counterexample.tau == tau:
+            return outcome
+        return replace(outcome, counterexample=replace(outcome.counterexample, tau=tau))
 
     def _process(self, expression: Expr, options: tuple[AssertOption, ...]) -> Process:
         process = self._script.process(expression)

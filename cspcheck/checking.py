@@ -17,7 +17,7 @@ from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
 from cspcheck.cspm.interruption import Stopped
 from cspcheck.cspm.source import Source
 from cspcheck.messages import too_much_to_read
-from cspcheck.result import Result, answer
+from cspcheck.result import INTERRUPTED, Result, answer
 from cspcheck.selection import STDIN
 
 if TYPE_CHECKING:
@@ -260,6 +260,28 @@ def check(checker: GuardedChecker, assertion: Assertion, clock: Callable[[], flo
 def unanswered(assertion: Assertion, diagnostics: Sequence[Diagnostic], seconds: float = 0.0) -> Result:
     """The result with the verdict ``error`` for an assertion that could not be checked."""
     return answer(assertion, _nothing(Verdict.ERROR, diagnostics[0].message, seconds), diagnostics)
+
+
+def unreached(assertion: Assertion, progress: Progress | None = None, seconds: float = 0.0) -> Result:
+    """The result for an assertion that a run was interrupted before, or in the middle of, with its *progress*."""
+    if progress is None:
+        return answer(assertion, _nothing(Verdict.UNKNOWN, INTERRUPTED, seconds))
+    remark = f"{progress.states:,} states were explored, to depth {progress.depth:,}"
+    outcome = Outcome(
+        Verdict.UNKNOWN, INTERRUPTED, progress.states, 0, seconds, progress.memory_bytes, remarks=(remark,)
+    )
+    return answer(assertion, outcome)
+
+
+def outline(path: str) -> tuple[Assertion, ...]:
+    """The assertions of a script as its text has them, without loading it.
+
+    Raises:
+        ScriptError: it cannot be read.
+    """
+    from cspcheck.cspm.script import outline as assertions_of
+
+    return assertions_of(read(path))
 
 
 def _nothing(verdict: Verdict, reason: str, seconds: float) -> Outcome:

@@ -50,18 +50,27 @@ def configuration_for(script: str | None) -> Configuration:
         ScriptError: the table says something that means nothing.
     """
     for path in _candidates(script):
+        # A file that cannot be read may be the one with our settings: to go on without them would be to guess.
         try:
-            text = path.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError):
+            content = path.read_bytes()
+        except (FileNotFoundError, NotADirectoryError):
             continue
-        if "cspcheck" not in text:
-            continue
+        except OSError as error:
+            raise ScriptError(unreadable_settings(_shown(path), error.strerror or str(error))) from None
+        try:
+            text = content.decode("utf-8")
+        except UnicodeDecodeError as error:
+            raise ScriptError(unreadable_settings(_shown(path), f"it is not UTF-8: {error.reason}")) from None
         source = Source(_shown(path), text)
         try:
-            table = tomllib.loads(text).get("tool", {}).get("cspcheck")
-        except tomllib.TOMLDecodeError as error:
+            whole = tomllib.loads(text)
+        except (tomllib.TOMLDecodeError, RecursionError) as error:
             raise ScriptError(unreadable_settings(source.name, str(error))) from None
-        if isinstance(table, dict):
+        tools = whole.get("tool", {})
+        table = tools.get("cspcheck") if isinstance(tools, dict) else None
+        if table is not None and not isinstance(table, dict):
+            raise ScriptError(wrong_setting("tool.cspcheck", f"{_toml(table)} is not a table", None))
+        if table is not None:
             return _read(table, source)
     return Configuration()
 

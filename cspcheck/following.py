@@ -80,7 +80,7 @@ class Follower:
         self._numbers: dict[frozenset[Process], int] = {}
         self._table: list[dict[int, int]] = []
         self._rows: list[dict[int, list[Process]]] = []
-        self._events: dict[str, int | None] = {"tick": TICK}
+        self._events: dict[str, int | None] = {script.events.tick: TICK}
         self._hidden_events: EventSet | None = None
         if hidden:
             process, self._hidden_events = shown(process, script.events)
@@ -100,9 +100,12 @@ class Follower:
         number = self._event(event)
         return self._hidden_events is not None and number is not None and number in self._hidden_events
 
-    def step(self, event: str) -> Departure | None:
-        """Follow an event as the script writes it; what is wrong if it is not allowed (then nothing has moved)."""
-        number = self._event(event)
+    def step(self, event: str, *, terminated: bool = False) -> Departure | None:
+        """Follow an event as the script writes it; what is wrong if it is not allowed (then nothing has moved).
+
+        *terminated*: it is successful termination, whatever it is called.
+        """
+        number = TICK if terminated else self._event(event)
         if number is None:
             return self._departure(event, "the script has no such event")
         target = self._table[self._now].get(number)

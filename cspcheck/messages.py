@@ -299,7 +299,10 @@ def wrong_setting(key: str, message: str, place: Span | None) -> Diagnostic:
 @mistake(
     "CSP916",
     "a settings file that cannot be read",
-    explanation="The file `pyproject.toml` speaks of cspcheck and is not valid TOML, so its settings are not known.",
+    explanation="""
+The file `pyproject.toml` is not valid TOML, not UTF-8, or cannot be opened. It may hold settings for cspcheck (limits,
+definitions); a verdict without them could be another one, so nothing is checked.
+""",
     example="""
 [tool.cspcheck
 timeout = "5m"

@@ -23,6 +23,10 @@ DEFAULT_MODELS: dict[str, syntax.Model] = {
 """The model of a property that names none."""
 
 
+INTERRUPTED = "interrupted"
+"""The reason of an unknown verdict where the run was stopped before there was one."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Result:
     """The answer to one assertion of a script. True exactly when the verdict is ``pass``.
@@ -215,11 +219,13 @@ class Summary:
         verdicts: results by verdict; ``error`` also counts the scripts that could not be loaded.
         unexpected: results whose verdict is not the one that the script expects.
         seconds: wall time of the run.
+        unreached: of the unknown ones, those that the run was interrupted before.
     """
 
     verdicts: dict[Literal["pass", "fail", "unknown", "error"], int]
     unexpected: int = 0
     seconds: float = 0.0
+    unreached: int = 0
 
     @classmethod
     def empty(cls) -> Summary:
@@ -230,6 +236,7 @@ class Summary:
         """Count a result."""
         self.verdicts[result.verdict.value] += 1
         self.unexpected += not result.as_expected
+        self.unreached += result.reason == INTERRUPTED
 
     def add_broken_script(self) -> None:
         """Count a script that could not be loaded."""

@@ -29,6 +29,7 @@ from cspcheck.cspm.source import Source, Span
 from cspcheck.cspm.spelling import suggestions
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.values.dots import Channels, DotList, Dotted, Event
+from cspcheck.cspm.values.order import order_key
 from cspcheck.cspm.values.sets import Set
 from cspcheck.cspm.values.text import show
 from cspcheck.cspm.values.values import Boolean, Map, Real, Sequence, deep
@@ -101,7 +102,7 @@ class Script:
         """What the type checker found; None if it was not asked."""
         self.classes = classes
         """The Object-Z part; None if there is none."""
-        self.events = EventTable(show)
+        self.events = EventTable(show, order_key)
         """The events of all channels, numbered in the order of declaration, those of module instances last."""
         self.warnings: tuple[Diagnostic, ...] = () if types is None else types.warnings
         if classes is not None:
@@ -142,21 +143,13 @@ class Script:
         return Frame.outermost(unit), declarations
 
     def _own_assertions(self, declared: Declarations) -> Iterator[Assertion]:
-        expectations = {self.source: _expectations(self.tree)}
+        announced = {self.source: _expectations(self.tree)}
         for declaration, frame in declared.assertions:
             node = declaration.assertion
             for part in _operands(node):
                 self._frames[id(part)] = frame
             span = declaration.span
-            if span.source not in expectations:
-                # The tree of an included file keeps its declarations alone: its comments are read anew, if it matters.
-                said = _EXPECT.search(span.source.text) is not None
-                expectations[span.source] = _expectations(parse_alone(span.source)) if said else {}
-            announced = expectations[span.source]
-            lines = range(span.line, span.end_line + 1)
-            expected = next((announced[line, True] for line in lines if (line, True) in announced), None)
-            expected = expected or announced.get((span.line - 1, False))
-            yield Assertion(node, print_assertion(node), span, expected)
+            yield Assertion(node, print_assertion(node), span, _expected(span, announced))
 
     @property
     def evaluator(self) -> Evaluator:
@@ -317,6 +310,29 @@ def load(
     return loaded
 
 
+def outline(source: Source) -> tuple[Assertion, ...]:
+    """The assertions of a script as they stand in its text and in what it includes: nothing is evaluated.
+
+    Raises:
+        ScriptError: with every mistake in the form of the script.
+    """
+    found: list[Assertion] = []
+    announced: dict[Source, _Expectations] = {}
+    tree = parse(source)
+    announced[source] = _expectations(tree)
+
+    def collect(declarations: tuple[syntax.Declaration, ...]) -> None:
+        for declaration in declarations:
+            if isinstance(declaration, syntax.IncludeDeclaration | syntax.TimedDeclaration):
+                collect(declaration.declarations)
+            elif isinstance(declaration, syntax.AssertDeclaration):
+                node, span = declaration.assertion, declaration.span
+                found.append(Assertion(node, print_assertion(node), span, _expected(span, announced)))
+
+    collect(tree.declarations)
+    return tuple(found)
+
+
 @dataclass(frozen=True, slots=True)
 class Classes:
     """The Object-Z part of a script: what its classes share, and what is odd about them."""
@@ -427,12 +443,28 @@ def _operands(node: syntax.Assertion) -> list[syntax.Expr]:
     return [*found, *[option.events for option in node.options if option.events is not None]]
 
 
-def _expectations(tree: syntax.Script) -> dict[tuple[int, bool], Expected]:
+_Expectations: TypeAlias = dict[tuple[int, bool], Expected]
+"""What the comments of a file announce, by line and whether other text stands there with them."""
+
+
+def _expected(span: Span, announced: dict[Source, _Expectations]) -> Expected | None:
+    """The verdict that is announced for an assertion; what a file announces is added to *announced* when needed."""
+    if span.source not in announced:
+        # The tree of an included file keeps its declarations alone: its comments are read anew, if it matters.
+        said = _EXPECT.search(span.source.text) is not None
+        announced[span.source] = _expectations(parse_alone(span.source)) if said else {}
+    here = announced[span.source]
+    lines = range(span.line, span.end_line + 1)
+    expected = next((here[line, True] for line in lines if (line, True) in here), None)
+    return expected or here.get((span.line - 1, False))
+
+
+def _expectations(tree: syntax.Script) -> _Expectations:
     """The expected verdicts in a file's comments, by line and whether (True) or not other text stands there with them.
 
     A comment that stands alone counts for its own line too: it may be inside an assertion of several lines.
     """
-    found: dict[tuple[int, bool], Expected] = {}
+    found: _Expectations = {}
     for comment in tree.comments:
         match = _EXPECT.search(comment.text)
         if match is None:

@@ -78,10 +78,10 @@ class Behaviour:
         return None if self._told is None else ReplayedRun(self.process, self._told.run)
 
     def loop_names(self, loop: Sequence[Step]) -> tuple[str, ...]:
-        """A cycle of taus by what was hidden in them; ``tau`` where nothing was."""
+        """A cycle of taus by what was hidden in them; the word for tau where nothing was."""
         inside = self._told.loop_causes if self._told is not None else (None,) * len(loop)
         causes = [self._cause(step, told) for step, told in zip(loop, inside, strict=True)]
-        return tuple("tau" if cause is None else self.events.name(cause) for cause in causes)
+        return tuple(self.events.tau if cause is None else self.events.name(cause) for cause in causes)
 
     def loop_parts(self, loop: Sequence[Step]) -> tuple[tuple[tuple[str, str], ...], ...]:
         """The components that take part in each tau of a cycle, each with what it performs itself."""

@@ -356,8 +356,9 @@ class Run:
             return
         if not self._board.waiting:
             self.terminated = True
+            end = Record(self.events, self.clock.now(), "tick", "tick", (), (), hidden=False, terminated=True)
             try:
-                self._recorder.record(Record(self.events, self.clock.now(), "tick", "tick", (), (), False))
+                self._recorder.record(end)
             except Exception as error:
                 self.failure = error
             self._closed = True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 
 from cspcheck.checker.verdict import Verdict
@@ -55,6 +56,15 @@ class FullReport:
         for line in lines:
             self._line(f"  {line}".rstrip())
         self._gap = len(lines) > 1 and not result.diagnostics  # which follow on standard error
+
+    def unreached(self, results: Sequence[Result]) -> None:
+        """How many there are of each script."""
+        numbers = Counter(result.file for result in results)
+        if numbers:
+            self._gap = self._begun
+            told = ", ".join(f"{harmless(file)} ({number:,})" for file, number in numbers.items())
+            for line in wrapped(f"not reached: {told}", self._style.width, rest="  "):
+                self._line(self._style.paint(line, "dim"))
 
     def end(self, summary: Summary, *, interrupted: bool = False) -> None:
         """The summary line."""
@@ -127,14 +137,14 @@ def explained(result: Result, style: Style, detail: Detail = "folded", hint: str
 
 def summary_line(summary: Summary, style: Style, *, interrupted: bool = False) -> str:
     """``3 assertions: 2 pass, 1 fail (expected), in 1.20 s``."""
-    parts = [
-        style.paint(f"{number:,} {verdict}", _COLORS[verdict] if verdict != "pass" else "green")
-        for verdict, number in summary.verdicts.items()
-        if number
-    ]
+    reached = summary.verdicts | {"unknown": summary.verdicts["unknown"] - summary.unreached}
+    parts = [style.paint(f"{number:,} {verdict}", _COLORS[verdict]) for verdict, number in reached.items() if number]
     text = ", ".join(parts) or "nothing was checked"
     if interrupted:
         text = style.paint("interrupted", "bold", "yellow") + f"; until then: {text}"
+        if summary.unreached:
+            text += f"; {count(summary.unreached, 'assertion')} without an answer"
+        return f"{text}, in {show_seconds(summary.seconds)}"
     total = sum(summary.verdicts.values())
     if total and not summary.unexpected and summary.verdicts["pass"] != total:
         text += ", all as expected"

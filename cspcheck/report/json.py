@@ -36,11 +36,17 @@ class JsonReport:
         self._results.append(result_object(result))
         self.diagnostics(result.diagnostics)
 
+    def unreached(self, results: Sequence[Result]) -> None:
+        """They are unknown."""
+        for result in results:
+            self.result(result)
+
     def end(self, summary: Summary, *, interrupted: bool = False) -> None:
         """Write the document."""
         document = {
             "schema": SCHEMA,
             "version": self._version,
+            "interrupted": interrupted,
             "results": self._results,
             "diagnostics": self._diagnostics,
             "summary": summary.verdicts,
@@ -69,8 +75,15 @@ class JsonLinesReport:
         self._write(json.dumps(result_object(result)) + "\n")
         self.diagnostics(result.diagnostics)
 
+    def unreached(self, results: Sequence[Result]) -> None:
+        """They are unknown."""
+        for result in results:
+            self.result(result)
+
     def end(self, summary: Summary, *, interrupted: bool = False) -> None:
-        """Nothing: every line stands for itself."""
+        """Nothing, since every line stands for itself; but that it is the last one too early is said."""
+        if interrupted:
+            self._write(json.dumps({"interrupted": True}) + "\n")
 
 
 def result_object(result: Result) -> dict[str, Any]:
