@@ -6,10 +6,10 @@ import time
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
+from cspcheck.checker.proof.client import Solver
 from cspcheck.checker.proof.finding import Finding, Severity, Status
 from cspcheck.checker.proof.question import Answer, Found, Impossible, NotUpTo, Part, Question, Settings, Unanswered
 from cspcheck.checker.proof.situation import Situation
-from cspcheck.checker.proof.solver import Solver
 from cspcheck.checker.proof.terms import all_of, negation
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Term, Variable
