@@ -2,18 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from cspcheck.checker.guard import Guard, process_memory
 from cspcheck.checker.verdict import Counterexample, Limits, Outcome, Verdict
-from cspcheck.cspm.interruption import doing, told
+from cspcheck.cspm.diagnostics import Diagnostic
+from cspcheck.cspm.interruption import Stopped, doing, told
 
-if TYPE_CHECKING:
-    from cspcheck.checker.search.exploration import Exploration
-    from cspcheck.checker.semantics.growth import LimitReached
-    from cspcheck.cspm.interruption import Stopped
+
+class Covered(Protocol):
+    """What is said of an exploration that ran into a limit: the limit, and the depth and states that it got to."""
+
+    @property
+    def stop(self) -> str | None:
+        """The limit that ended it: ``states``, ``seconds``, ``memory``; None if none did."""
+
+    @property
+    def depth(self) -> int:
+        """The last depth, in visible events, whose states were all met."""
+
+    @property
+    def levels(self) -> Sequence[int]:
+        """How many states there were up to each depth."""
 
 
 class Incomplete(Exception):
@@ -101,7 +114,7 @@ class Budget:
             said = doing()
             raise Incomplete(f"{_reached('seconds', self.limits)} while {told(said[-1]) if said else what}")
 
-    def shortfall(self, exploration: Exploration, nothing: str) -> str:
+    def shortfall(self, exploration: Covered, nothing: str) -> str:
         """Why an exploration without a result is no proof, and what it covered.
 
         Args:
@@ -122,12 +135,12 @@ class Budget:
         """``memory limit of 8 GiB reached``."""
         return _reached("memory", self.limits)
 
-    def reached(self, exploration: Exploration) -> str:
+    def reached(self, exploration: Covered) -> str:
         """The limit that ended an exploration: ``state limit of 1,000 reached``."""
         return _reached(exploration.stop, self.limits)
 
 
-def coverage(exploration: Exploration) -> str:
+def coverage(exploration: Covered) -> str:
     """``1,000 states explored to depth 7``; depth counts visible events."""
     states = int(exploration.levels[-1])
     if states == 0:
@@ -180,3 +193,17 @@ def _bytes(number: int) -> str:
             break
         size /= 1024
     return f"{size:g} {unit}" if size == int(size) else f"{size:.1f} {unit}"
+
+
+class LimitReached(Exception):
+    """There are more states than the limit allows; the verdict of what depends on it is ``unknown``.
+
+    Attributes:
+        diagnostic: CSP503 to CSP505: which definition, and what grows.
+        states: how many states were found.
+    """
+
+    def __init__(self, diagnostic: Diagnostic, states: int) -> None:
+        self.diagnostic = diagnostic
+        self.states = states
+        super().__init__(diagnostic.message)

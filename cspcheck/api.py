@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
@@ -32,6 +32,7 @@ def load(
     typecheck: bool = True,
     view: Literal["data", "control"] | None = None,
     outputs: Literal["demonic", "angelic"] = "demonic",
+    include_roots: Iterable[str | os.PathLike[str]] = (),
 ) -> Script:
     """Load a script from a file.
 
@@ -41,11 +42,13 @@ def load(
         typecheck: whether types are checked.
         view: classes with their ``data``, or in the ``control`` view without; as the script says if not given.
         outputs: who chooses the outputs of classes: ``demonic`` (the class) or ``angelic`` (its environment).
+        include_roots: folders, beside the script's own, from below which files may be included.
 
     Raises:
         ScriptError: the file cannot be read, or there is an error in the script; ``diagnostics`` says what and where.
     """
-    settings = checking.Settings(typecheck=typecheck, view=view, outputs=outputs)
+    roots = tuple(map(os.fspath, include_roots))
+    settings = checking.Settings(typecheck=typecheck, view=view, outputs=outputs, include_roots=roots)
     return load_with(os.fspath(path), settings, definitions or {})
 
 
@@ -64,9 +67,10 @@ def loads(
         ScriptError: there is an error in the script.
     """
     from cspcheck.cspm import script
+    from cspcheck.cspm.notation import Semantics
 
     overrides = {constant: _as_text(value) for constant, value in (definitions or {}).items()}
-    semantics = script.Semantics(view, outputs)
+    semantics = Semantics(view, outputs)
     loaded = script.load(Source(name, text), overrides=overrides, typecheck=typecheck, semantics=semantics)
     return Script(loaded, checking.Settings())
 

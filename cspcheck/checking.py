@@ -46,6 +46,7 @@ class Settings:
         typecheck: whether types are checked before evaluation.
         view: classes with their ``data``, or in the ``control`` view without; None: as the script says.
         outputs: who chooses the outputs of classes: ``demonic`` (the class) or ``angelic`` (its environment).
+        include_roots: folders, beside that of each script, from below which files may be included.
     """
 
     limits: Limits = field(default_factory=Limits)
@@ -55,6 +56,7 @@ class Settings:
     typecheck: bool = True
     view: Literal["data", "control"] | None = None
     outputs: Literal["demonic", "angelic"] = "demonic"
+    include_roots: tuple[str, ...] = ()
 
 
 class Watch(Protocol):
@@ -128,7 +130,7 @@ def load(path: str, settings: Settings) -> Script:
         ScriptError: it cannot be read, or there is an error in it.
     """
     from cspcheck.cspm import script
-    from cspcheck.cspm.script import Semantics
+    from cspcheck.cspm.notation import Semantics
 
     guard = Guard(settings.limits.seconds, settings.limits.memory_bytes)
     try:
@@ -138,6 +140,7 @@ def load(path: str, settings: Settings) -> Script:
                 overrides=settings.definitions,
                 typecheck=settings.typecheck,
                 semantics=Semantics(settings.view, settings.outputs),
+                include_roots=settings.include_roots,
             )
     except Stopped as stopped:
         raise ScriptError(too_much_to_read(path, why(guard, settings.limits, stopped))) from None
@@ -255,6 +258,8 @@ def check(checker: GuardedChecker, assertion: Assertion, clock: Callable[[], flo
         return answer(assertion, checker.check(assertion.node))
     except ScriptError as error:
         return unanswered(assertion, error.diagnostics, clock() - start)
+    except MemoryError:
+        return answer(assertion, _nothing(Verdict.UNKNOWN, OUT_OF_MEMORY, clock() - start))
 
 
 def unanswered(assertion: Assertion, diagnostics: Sequence[Diagnostic], seconds: float = 0.0) -> Result:

@@ -115,6 +115,10 @@ def _read(table: Mapping[str, Any], source: Source) -> Configuration:
             wrong.append(wrong_setting(key, str(error), place))
     if wrong:
         raise ScriptError(*wrong)
+    if "include_roots" in settings:
+        # Folders are named as seen from the file that names them.
+        here = os.path.dirname(source.name)
+        settings["include_roots"] = tuple(os.path.join(here, folder) for folder in settings["include_roots"])
     return Configuration(source.name, settings, definitions)
 
 
@@ -159,6 +163,13 @@ def _quantity(parse: Callable[[str], float | int], what: str) -> Callable[[Any],
     return read
 
 
+def _folders(value: Any) -> tuple[str, ...]:
+    named = [value] if isinstance(value, str) else value
+    if isinstance(named, list) and named and all(isinstance(folder, str) and folder for folder in named):
+        return tuple(named)
+    raise ValueError(f"{_toml(value)} is not a folder or a list of folders")
+
+
 def _one_of(choices: tuple[str, ...]) -> Callable[[Any], str]:
     def read(value: Any) -> str:
         if value in choices:
@@ -181,6 +192,7 @@ _SETTINGS: dict[str, tuple[str, Callable[[Any], Any]]] = {
     "color": ("color", _one_of(get_args(ColorChoice))),
     "quiet": ("quiet", _times),
     "verbose": ("verbose", _times),
+    "include-root": ("include_roots", _folders),
 }
 """The keys beside ``definitions``, each with the parameter that it is the default of and what reads its value."""
 

@@ -147,6 +147,7 @@ def _settings(config: pytest.Config, script: Path | None = None) -> Settings:
             typecheck=not config.getoption("csp_no_typecheck") and said.get("typecheck", True),
             view=config.getoption("csp_view") or said.get("view"),
             outputs=config.getoption("csp_outputs") or said.get("outputs", "demonic"),
+            include_roots=said.get("include_roots", ()),
         )
     except ValueError as error:
         raise pytest.UsageError(f"cspcheck: {error}") from None

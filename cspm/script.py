@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
@@ -19,12 +19,13 @@ from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.evaluator.units import Declarations
 from cspcheck.cspm.naming import messages as name_messages
 from cspcheck.cspm.naming.resolve import Names, resolve, resolve_more
+from cspcheck.cspm.notation import Paragraphs, Semantics, extension
+from cspcheck.cspm.parsing.lexing_messages import nested_too_deeply
 from cspcheck.cspm.parsing.reading import parse, parse_alone, parse_assertion, parse_expression, read_source
 from cspcheck.cspm.printing.printer import print_assertion
 from cspcheck.cspm.process.events import EventSet, EventTable
 from cspcheck.cspm.process.terms import Process
 from cspcheck.cspm.process.text import describe
-from cspcheck.cspm.recursion import deep_recursion
 from cspcheck.cspm.source import Source, Span
 from cspcheck.cspm.spelling import suggestions
 from cspcheck.cspm.syntax import tree as syntax
@@ -35,29 +36,10 @@ from cspcheck.cspm.values.text import show
 from cspcheck.cspm.values.values import Boolean, Map, Real, Sequence, deep
 
 if TYPE_CHECKING:
-    from cspcheck.cspm.oz.core import Specification
-    from cspcheck.cspm.oz.processes.context import ClassContext
     from cspcheck.cspm.typing.inference import Types
 
 Expected: TypeAlias = Literal["pass", "fail", "unknown"]
 _EXPECT = re.compile(r"\bexpect:\s*(pass|fail|unknown)\b")
-
-
-View: TypeAlias = Literal["data", "control"]
-Outputs: TypeAlias = Literal["demonic", "angelic"]
-
-
-@dataclass(frozen=True, slots=True)
-class Semantics:
-    """How classes are read.
-
-    Attributes:
-        view: ``control`` drops the data and keeps the process equations; None: as the script says.
-        outputs: ``demonic``: the class chooses them; ``angelic``: the environment does.
-    """
-
-    view: View | None = None
-    outputs: Outputs = "demonic"
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +74,7 @@ class Script:
         tree: syntax.Script,
         names: Names,
         types: Types | None,
-        classes: Classes | None = None,
+        classes: Paragraphs | None = None,
     ) -> None:
         self.source = source
         self.tree = tree
@@ -122,19 +104,11 @@ class Script:
         self.printed: tuple[str, ...] = tuple([self._print(node.expression, frame) for node, frame in declared.prints])
         """What the ``print`` declarations say, in order."""
 
-    @property
-    def specification(self) -> Specification | None:
-        """What the Object-Z part of the script says; None if there is none."""
-        return None if self.classes is None else self.classes.context.specification
-
     def readings(self, node: syntax.Assertion) -> tuple[str, ...]:
         """The finite readings that the classes behind an assertion follow, as the script writes them."""
         if self.classes is None:
             return ()
-        from cspcheck.cspm.oz.processes.alphabets import Alphabets
-
-        owners = {foreign.owner: None for foreign in Alphabets(self.names).foreign(_operands(node))}
-        return self.classes.context.used(owners)
+        return self.classes.readings(self.names, _operands(node))
 
     def _declare(self, tree: syntax.Script) -> tuple[Frame, Declarations]:
         declarations = Declarations(self._evaluator)
@@ -280,6 +254,7 @@ def load(
     overrides: Mapping[str, str] | None = None,
     typecheck: bool = True,
     semantics: Semantics | None = None,
+    include_roots: Iterable[str] = (),
 ) -> Script:
     """Load a script from a file, or from a text that has been read already.
 
@@ -288,26 +263,44 @@ def load(
         overrides: expressions that replace those of top-level definitions ``NAME = ...``, by name.
         typecheck: whether types are inferred and must be right.
         semantics: how classes are read; by default with their data, outputs chosen by the class.
+        include_roots: folders, beside the script's own, from below which files may be included.
 
     Raises:
         ScriptError: the file cannot be read, or the script is wrong.
     """
     source = script if isinstance(script, Source) else read_source(script)
-    tree = parse(source)
+    roots = tuple(include_roots)
+    try:
+        loaded = _loaded(source, overrides, typecheck, semantics, roots)
+    except RecursionError as deep:
+        deep.__traceback__ = None
+        raise ScriptError(nested_too_deeply(source.name)) from None
+    loaded.again = partial(
+        load, source, overrides=overrides, typecheck=typecheck, semantics=semantics, include_roots=roots
+    )
+    return loaded
+
+
+def _loaded(
+    source: Source,
+    overrides: Mapping[str, str] | None,
+    typecheck: bool,
+    semantics: Semantics | None,
+    include_roots: tuple[str, ...],
+) -> Script:
+    tree = parse(source, include_roots=include_roots)
     if overrides:
         tree = _overridden(tree, overrides)
-    classes: Classes | None = None
+    classes: Paragraphs | None = None
     if any(isinstance(declaration, syntax.Paragraph) for declaration in _all(tree.declarations)):
-        classes, tree = _with_classes(tree, semantics)
+        classes, tree = extension().elaborated(tree, semantics)
     names = resolve(tree)
     types: Types | None = None
     if typecheck:
         from cspcheck.cspm.typing.inference import infer
 
         types = infer(tree, names)
-    loaded = Script(source, tree, names, types, classes)
-    loaded.again = partial(load, source, overrides=overrides, typecheck=typecheck, semantics=semantics)
-    return loaded
+    return Script(source, tree, names, types, classes)
 
 
 def outline(source: Source) -> tuple[Assertion, ...]:
@@ -331,32 +324,6 @@ def outline(source: Source) -> tuple[Assertion, ...]:
 
     collect(tree.declarations)
     return tuple(found)
-
-
-@dataclass(frozen=True, slots=True)
-class Classes:
-    """The Object-Z part of a script: what its classes share, and what is odd about them."""
-
-    context: ClassContext
-    warnings: tuple[Diagnostic, ...]
-
-
-def _with_classes(tree: syntax.Script, semantics: Semantics | None) -> tuple[Classes, syntax.Script]:
-    """The classes of a script, and the script with what they become in their place."""
-    import cspcheck.cspm.oz.processes.evaluating  # noqa: F401  (registers how what classes become is evaluated)
-    from cspcheck.cspm.oz.processes.context import ClassContext
-    from cspcheck.cspm.oz.processes.desugaring import desugared
-    from cspcheck.cspm.oz.typing.elaboration import elaborate
-
-    elaborated = elaborate(tree)
-    view = semantics.view if semantics is not None else None
-    context = ClassContext(
-        elaborated.specification,
-        control=elaborated.specification.control if view is None else view == "control",
-        angelic=semantics is not None and semantics.outputs == "angelic",
-    )
-    with deep_recursion():
-        return Classes(context, elaborated.warnings), desugared(tree, elaborated, context)
 
 
 def _all(declarations: tuple[syntax.Declaration, ...]) -> Iterator[syntax.Declaration]:

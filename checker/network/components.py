@@ -13,8 +13,7 @@ from functools import partial
 
 import numpy as np
 
-from cspcheck.checker.lts import Lts
-from cspcheck.checker.reduction.partition import machine, reachable
+from cspcheck.checker.lts import Lts, machine, reachable
 from cspcheck.checker.semantics.growth import so_far
 from cspcheck.checker.semantics.steps import Row, Step
 from cspcheck.checker.semantics.transitions import Explored, MoreStates, Poll, Semantics, breadth_first

@@ -12,6 +12,8 @@ import struct
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import is_dataclass
+from enum import Enum
 from typing import Any, BinaryIO
 
 from cspcheck.cspm.source import Source
@@ -19,7 +21,7 @@ from cspcheck.cspm.source import Source
 _LENGTH = struct.Struct(">Q")
 _DEPTH = 20_000
 """Nested calls that pickling may use: terms nest, and the interpreter's own limit is low."""
-_ROOMS = ("cspcheck.cspm.oz.", "cspcheck.cspm.source", "cspcheck.checker.proof.")
+_ROOMS = ("cspcheck.cspm.", "cspcheck.checker.proof.")
 _PLAIN = {
     ("fractions", "Fraction"),
     ("builtins", "frozenset"),
@@ -87,7 +89,8 @@ class _Unpickler(pickle.Unpickler):
     def find_class(self, module: str, name: str) -> Any:
         if (module, name) in _PLAIN or (module.startswith(_ROOMS) and "." not in name):
             found = super().find_class(module, name)
-            if isinstance(found, type) or (module, name) in _PLAIN:
+            # Values are made by their fields alone; nothing else of ours can be called from here.
+            if (module, name) in _PLAIN or is_dataclass(found) or (isinstance(found, type) and issubclass(found, Enum)):
                 return found
         raise Foreign(f"{module}.{name}")
 

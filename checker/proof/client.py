@@ -7,6 +7,7 @@ is. Time counts where a user has set a limit, and where the solver does not come
 from __future__ import annotations
 
 import atexit
+import contextlib
 import os
 import selectors
 import signal
@@ -36,6 +37,8 @@ LEAST = 10.0
 """Seconds of the processor's time that the solver may always have."""
 IDLE = 600.0
 """Seconds after which a solver is ended that neither works nor answers."""
+MOST_SUBJECTS = 100
+"""A process that has been told of so many classes gives way to a new one."""
 _LOOK = 0.05
 
 
@@ -63,6 +66,8 @@ class SolverProcess:
         Raises:
             SolverGone: it has been ended, or has ended by itself.
         """
+        if len(self._subjects) >= MOST_SUBJECTS:
+            self.end()
         process = self._running()
         key = (id(subject[0]), id(subject[1]))
         if key not in self._subjects:
@@ -98,10 +103,8 @@ class SolverProcess:
             process.kill()
             for stream in (process.stdin, process.stdout):
                 if stream is not None:
-                    try:
+                    with contextlib.suppress(OSError):  # what was not read yet goes nowhere
                         stream.close()
-                    except OSError:  # what was not read yet goes nowhere
-                        pass
             process.wait()
 
     def _running(self) -> subprocess.Popen[bytes]:
@@ -232,7 +235,8 @@ class Solver:
         """Whether there are values that satisfy all parts of a question."""
         if any(is_false(part.term) for part in question.parts):
             return Impossible()
-        return self._answer("ask", question, question.parts)
+        answer: Answer = self._answer("ask", question, question.parts)
+        return answer
 
     def conflict(self, parts: Iterable[Part]) -> tuple[Part, ...]:
         """A smallest set of parts that cannot hold together, of parts that cannot.
@@ -242,7 +246,7 @@ class Solver:
         """
         parts = tuple(parts)
         answer = self._answer("conflict", parts, parts)
-        return parts if isinstance(answer, Unanswered) else answer  # type: ignore[no-any-return]
+        return parts if isinstance(answer, Unanswered) else answer
 
     def eliminate(self, term: Term, seconds: float) -> Term | None:
         """A term that says the same without quantifiers; None where the solver cannot tell."""

@@ -11,7 +11,7 @@ import z3
 
 from cspcheck.checker.proof.descriptions import plain
 from cspcheck.checker.proof.encode import Encoder
-from cspcheck.checker.proof.precondition import opposite
+from cspcheck.checker.proof.precondition import compared, opposite
 from cspcheck.checker.proof.sorts import Expr, Unsupported
 from cspcheck.checker.proof.terms import all_of, any_of, variables_of
 from cspcheck.cspm.oz import core
@@ -110,15 +110,15 @@ class _Reader:
                 return Apply(type=BOOL, operator="implies", operands=tuple(operands))
             case z3.Z3_OP_EQ:
                 operator = "iff" if operands[0].type == BOOL else "equal"
-                return _compared(operator, operands[0], operands[1])
+                return compared(operator, operands[0], operands[1])
             case z3.Z3_OP_LE:
-                return _compared("at_most", operands[0], operands[1])
+                return compared("at_most", operands[0], operands[1])
             case z3.Z3_OP_LT:
-                return _compared("less", operands[0], operands[1])
+                return compared("less", operands[0], operands[1])
             case z3.Z3_OP_GE:
-                return _compared("at_most", operands[1], operands[0])
+                return compared("at_most", operands[1], operands[0])
             case z3.Z3_OP_GT:
-                return _compared("less", operands[1], operands[0])
+                return compared("less", operands[1], operands[0])
             case z3.Z3_OP_ADD | z3.Z3_OP_SUB | z3.Z3_OP_MUL:
                 names = {z3.Z3_OP_ADD: "plus", z3.Z3_OP_SUB: "minus", z3.Z3_OP_MUL: "times"}
                 result = operands[0]

@@ -1,8 +1,8 @@
 """Answers of the solver that are kept from run to run, in the user's cache.
 
-An answer is named after everything that it depends on: the question, what of the specification it can speak of, how hard
-the solver was to try, and the versions of the solver and of this program. Places in the text are no part of it, so a
-moved class has its answers still. Only what the solver itself came to is kept, never that it was ended.
+An answer is named after everything that it depends on: the question, what of the specification it can speak of, how
+hard the solver was to try, and the versions of the solver and of this program. Places in the text are no part of it,
+so a moved class has its answers still. Only what the solver itself came to is kept, never that it was ended.
 """
 
 from __future__ import annotations

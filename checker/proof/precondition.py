@@ -179,11 +179,11 @@ def _tidied(term: Term) -> Term:
         case Apply(operator="length", operands=(Apply(operator="rev", operands=(inner,)),)):
             return replace(term, operands=(inner,))
         case Apply(operator="at_most" | "less" | "equal" as operator, operands=(left, right)):
-            return _compared(operator, left, right)
+            return compared(operator, left, right)
         case Apply(operator="in", operands=(Apply() as number, Apply(operator="range", operands=(low, high)))):
-            return all_of([_compared("at_most", low, number), _compared("at_most", number, high)])
+            return all_of([compared("at_most", low, number), compared("at_most", number, high)])
         case Apply(operator="in", operands=(number, Apply(operator="Nat"))) if isinstance(number, Apply):
-            return _compared("at_most", integer(0), number)
+            return compared("at_most", integer(0), number)
         case Apply(operator="dom", operands=(Apply(operator="override", operands=(old, new)),)):
             both = tuple(_tidied(replace(term, operands=(part,))) for part in (old, new))
             return Apply(type=term.type, operator="union", operands=both)
@@ -206,11 +206,11 @@ def opposite(term: Term) -> Term:
     """The negation, with comparisons turned round."""
     if isinstance(term, Apply) and term.operator in ("at_most", "less"):
         left, right = term.operands
-        return _compared("less" if term.operator == "at_most" else "at_most", right, left)
+        return compared("less" if term.operator == "at_most" else "at_most", right, left)
     return negation(term)
 
 
-def _compared(operator: str, left: Term, right: Term) -> Term:
+def compared(operator: str, left: Term, right: Term) -> Term:
     """A comparison with what is subtracted moved to the other side: ``x - y >= 0`` is ``y <= x``."""
     positive: list[Term] = []
     negative: list[Term] = []

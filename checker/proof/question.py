@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from cspcheck.cspm.oz.core import Term, Variable
 from cspcheck.cspm.source import Span
@@ -114,7 +114,7 @@ class Request:
     """
 
     verb: str
-    what: object
+    what: Any
     seconds: float
     scopes: tuple[int, ...]
     seed: int

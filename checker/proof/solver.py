@@ -19,7 +19,7 @@ from cspcheck.checker.proof.terms import Key, Unknown, is_false, is_true, substi
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Term, Variable
 
-STEPS = 1_000_000
+STEPS = 500_000
 """So many of the solver's steps count as a second: what it takes on an ordinary machine, within a factor of three."""
 _SMALL = (3, 10, 100)
 """Counterexamples are looked for with numbers up to these first."""

@@ -50,7 +50,7 @@ def command(**options: Any) -> None:
     suffix = ".svg" if output in (None, "-") else os.path.splitext(str(output))[1].lower()
     if suffix not in FORMATS:
         raise ScriptError(unknown_picture_format(str(output)))
-    settings = checking.Settings(definitions=definitions(options))
+    settings = checking.Settings(definitions=definitions(options), include_roots=options["include_roots"])
     script = checking.load(options["file"], settings)
     if options["trace"]:
         text = _chart(script, settings, options["process"], suffix)
@@ -86,8 +86,8 @@ def _machine(script: Script, text: str, most: int) -> Picture:
 
 
 def _architecture(script: Script, text: str) -> Picture:
+    from cspcheck.checker.budget import LimitReached
     from cspcheck.checker.network.compiler import Compiler
-    from cspcheck.checker.semantics.growth import LimitReached
     from cspcheck.checker.verdict import Limits
     from cspcheck.drawing.machines import architecture_picture, without_priority
 

@@ -87,6 +87,7 @@ outputs = "angelic"
 color = "never"
 quiet = true
 verbose = 2
+include-root = ["common", "../shared"]
 definitions = { N = 5, IDS = "{0..N-1}", DEBUG = true }
 """,
         )
@@ -106,6 +107,7 @@ definitions = { N = 5, IDS = "{0..N-1}", DEBUG = true }
                 "color": "never",
                 "quiet": True,
                 "verbose": 2,
+                "include_roots": ("common", "../shared"),
             },
             {"N": "5", "IDS": "{0..N-1}", "DEBUG": "true"},
         )
