@@ -1,4 +1,4 @@
-"""The solver is a process of its own: whatever becomes of it, the answer is ``unknown`` and the next question is answered."""
+"""The solver is a process of its own: whatever becomes of it, there is an answer, and the next question has one, too."""
 
 from __future__ import annotations
 
