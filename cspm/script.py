@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
-from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
+from cspcheck.cspm.diagnostics import Diagnostic, ScriptError, Severity
 from cspcheck.cspm.evaluator import Evaluator
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.evaluator.units import Declarations
@@ -28,6 +28,7 @@ from cspcheck.cspm.source import Source, Span
 from cspcheck.cspm.spelling import suggestions
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.values.dots import Channels, DotList, Dotted, Event
+from cspcheck.cspm.values.failure import Failure
 from cspcheck.cspm.values.sets import Set
 from cspcheck.cspm.values.text import show
 from cspcheck.cspm.values.values import Boolean, Map, Real, Sequence, deep
@@ -100,9 +101,10 @@ class Script:
         self.warnings: tuple[Diagnostic, ...] = () if types is None else types.warnings
         if classes is not None:
             self.warnings = (*classes.warnings, *self.warnings)
-        self.warnings = (*tree.remarks, *self.warnings)
+        self.warnings = (*tree.remarks, *names.warnings, *self.warnings)
         self._evaluator = Evaluator(names, Channels(self.events), types)
-        self._top, declared = self._evaluator.run(lambda: self._declare(tree))
+        self._top, declared, broken = self._evaluator.run(lambda: self._declare(tree))
+        self.warnings += tuple([_as_warning(d) for failure in broken for d in failure.finished().diagnostics])
         self._frames: dict[int, Frame] = {}
         if types is not None:
             from cspcheck.cspm.evaluator.unmatched import unmatched_inputs
@@ -112,7 +114,7 @@ class Script:
             )
         self.assertions: tuple[Assertion, ...] = tuple(self._own_assertions(declared))
         """The assertions in the order of the text."""
-        self.printed: tuple[str, ...] = tuple([self._print(node.expression, frame) for node, frame in declared.prints])
+        self.printed: tuple[str, ...] = tuple(self._printed(declared))
         """What the ``print`` declarations say, in order."""
 
     @property
@@ -129,11 +131,10 @@ class Script:
         owners = {foreign.owner: None for foreign in Alphabets(self.names).foreign(_operands(node))}
         return self.classes.context.used(owners)
 
-    def _declare(self, tree: syntax.Script) -> tuple[Frame, Declarations]:
+    def _declare(self, tree: syntax.Script) -> tuple[Frame, Declarations, list[Failure]]:
         declarations = Declarations(self._evaluator)
         unit = declarations.script(tree)
-        declarations.settle()
-        return Frame.outermost(unit), declarations
+        return Frame.outermost(unit), declarations, declarations.settle()
 
     def _own_assertions(self, declared: Declarations) -> Iterator[Assertion]:
         expectations = {self.source: _expectations(self.tree)}
@@ -238,6 +239,15 @@ class Script:
         node, frame = self._tied(text)
         return self._print(node, frame)
 
+    def _printed(self, declared: Declarations) -> Iterator[str]:
+        for node, frame in declared.prints:
+            if node.span in self.names.unprintable:
+                continue
+            try:
+                yield self._print(node.expression, frame)
+            except ScriptError as error:  # what is only printed stops nothing
+                self.warnings += tuple(map(_as_warning, error.diagnostics))
+
     def _print(self, node: syntax.Expr, frame: Frame) -> str:
         def work() -> str:
             value = self._evaluator.value(node, frame)(())
@@ -333,6 +343,11 @@ def _with_classes(tree: syntax.Script, semantics: Semantics | None) -> tuple[Cla
     )
     with deep_recursion():
         return Classes(context, elaborated.warnings), desugared(tree, elaborated, context)
+
+
+def _as_warning(diagnostic: Diagnostic) -> Diagnostic:
+    """What is wrong with something that nobody may need."""
+    return replace(diagnostic, severity=Severity.WARNING)
 
 
 def _all(declarations: tuple[syntax.Declaration, ...]) -> Iterator[syntax.Declaration]:

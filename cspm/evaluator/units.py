@@ -16,6 +16,7 @@ from cspcheck.cspm.evaluator.patterns import compile_pattern
 from cspcheck.cspm.evaluator.routines import Routine
 from cspcheck.cspm.naming.patterns import variables
 from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
+from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.values import messages as messages
 from cspcheck.cspm.values.dots import ChannelHead, Constructor, Head
@@ -95,16 +96,18 @@ class Declarations:
             self._instantiate(*self._instances.popleft())
         return top
 
-    def settle(self) -> None:
+    def settle(self) -> list[Failure]:
         """Evaluate the fields of all channels and datatypes; the channels' events get their numbers.
 
-        Raises:
-            Failure: the type of a field is wrong.
+        What is wrong with one stops only those who need it: the failures are returned. ``Events`` needs all channels.
         """
+        broken = self.evaluator.channels.broken
         for head in self.channels:
-            _ = head.declared
+            broken += _attempt(lambda head=head: head.declared, head.span)
+        found = list(broken)
         for datatype in self._types:
-            _ = datatype.branches
+            found += _attempt(lambda datatype=datatype: datatype.branches, None)
+        return found
 
     def _declare(self, declarations: Sequence[syntax.Declaration], frame: Frame, prefix: str) -> None:
         names = self.evaluator.names
@@ -229,6 +232,18 @@ class Declarations:
                 raise
 
         return Thunk(evaluate, ())
+
+
+def _attempt(work: Callable[[], Any], span: Span | None) -> list[Failure]:
+    """The failure of *work*, if it fails."""
+    try:
+        work()
+    except Failure as failure:
+        return [failure.at(span)]
+    except RecursionError as deep:
+        deep.__traceback__ = None
+        return [Failure(messages.too_deep(span), is_limit=True)]
+    return []
 
 
 def timing(evaluator: Evaluator, section: syntax.TimedDeclaration, frame: Frame) -> Timing:
