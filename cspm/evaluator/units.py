@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from cspcheck.cspm.evaluator.frames import Frame, Timing
@@ -103,10 +104,10 @@ class Declarations:
         """
         broken = self.evaluator.channels.broken
         for head in self.channels:
-            broken += _attempt(lambda head=head: head.declared, head.span)
+            broken += _attempt(partial(getattr, head, "declared"), head.span)
         found = list(broken)
         for datatype in self._types:
-            found += _attempt(lambda datatype=datatype: datatype.branches, None)
+            found += _attempt(partial(getattr, datatype, "branches"), None)
         return found
 
     def _declare(self, declarations: Sequence[syntax.Declaration], frame: Frame, prefix: str) -> None:

@@ -151,8 +151,8 @@ class _Resolver:
                 pattern = _unwrap(declaration.pattern)
                 for node in variables(pattern):
                     # What is declared beside it cannot be defined again; what is declared around it is a constant.
-                    twice = node is pattern and node.parts[0] in scope.names
-                    if len(node.parts) == 1 and (twice or not self._matches_itself(node, scope)):
+                    again = node is pattern and node.parts[0] in scope.names
+                    if len(node.parts) == 1 and (again or not self._matches_itself(node, scope)):
                         symbol = add(order, node.text, SymbolKind.VALUE, node.span, declaration)
                         self.names._record(node, symbol)
         for twice, places in spans.items():

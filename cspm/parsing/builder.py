@@ -331,13 +331,13 @@ class Tree(Types):
         def prefix(body: s.Expr) -> s.Prefix:
             return s.Prefix(span=span.to(body.span), channel=channel, fields=tuple(fields), body=body)
 
-        return _behind(Head("->", STEP, prefix), body)
+        return _behind(Head("->", STEP, channel.span, prefix), body)
 
     def guard(self, span: Span, condition: s.Expr, body: s.Expr | Headed) -> s.Expr | Headed:
         def guard(body: s.Expr) -> s.Guard:
             return s.Guard(span=span.to(body.span), condition=condition, body=body)
 
-        return _behind(Head("&", STEP, guard), body)
+        return _behind(Head("&", STEP, condition.span, guard), body)
 
     def replicated_alphabetised_parallel(
         self, span: Span, statements: list[s.Statement], alphabet: s.Expr, body: s.Expr | Headed
@@ -346,9 +346,10 @@ class Tree(Types):
             whole = span.to(body.span)
             return s.Replicated(span=whole, operator="||", statements=tuple(statements), body=body, events=alphabet)
 
-        return _behind(
-            Head("|| x : S @ [A]", PARALLEL, replicated), Headed([], body) if isinstance(body, s.Expr) else body
-        )
+        headed = body if isinstance(body, Headed) else Headed([], body)
+        sign = Span(span.source, span.start, span.start + len("||"))
+        headed.heads.append(Head("|| x : S @ [A]", PARALLEL, sign, replicated))
+        return headed
 
     def output(self, span: Span, expression: s.Expr) -> s.Field:
         return s.Field(span=span, kind="!", expression=expression)
@@ -521,7 +522,7 @@ def _optional(statements: list[s.Statement] | None) -> tuple[s.Statement, ...] |
     return None if statements is None else tuple(statements)
 
 
-def _behind(head: Head, body: s.Expr | Headed) -> Any:
+def _behind(head: Head, body: s.Expr | Headed) -> s.Expr | Headed:
     """*body* behind one more head: a node, unless something to the right may belong to it."""
     if isinstance(body, Headed):
         body.heads.append(head)

@@ -4,8 +4,8 @@ The levels are those of the CSPm operator table, tightest first. Three things ma
 ``.`` binds less tightly than arithmetic, comparison and logic; the parallel operators do not associate (but for the
 composition of classes); and ``\``
 hides in everything to its left, while what stands to its right takes the hidden process as its left operand:
-``P ||| Q \ A`` is ``(P ||| Q) \ A`` and ``P \ A ||| Q`` is ``(P \ A) ||| Q``. And ``|| x : S @ [A] P`` ends in a bracket, so
-that it takes in no more than the right operand of ``[A || B]`` would: ``|| x : S @ [A] P \ H`` hides in all of it.
+``P ||| Q \ A`` is ``(P ||| Q) \ A`` and ``P \ A ||| Q`` is ``(P \ A) ||| Q``. And ``|| x : S @ [A] P`` takes in no more
+than the right operand of ``[A || B]`` would: ``|| x : S @ [A] P \ H`` hides in all of it.
 
 The method is Dijkstra's shunting yard (operator precedence with two stacks), so that long rows need no recursion.
 """
@@ -90,6 +90,7 @@ class Head:
 
     symbol: str
     level: int
+    span: Span
     around: Callable[[s.Expr], s.Expr]
 
 
@@ -157,7 +158,7 @@ def values(row: Row | Signed | s.Expr, refuse: Refuse) -> s.Expr:
             pending.extend((SIGN_LEVELS[sign.symbol], sign, True) for sign in item.signs)
             operands.append(item.operand)
         else:
-            operands.append(item)
+            operands.append(cast(s.Expr, item))
     while pending:
         reduce()
     return operands.pop()
@@ -193,7 +194,15 @@ def processes(row: Row | Headed | s.Expr, refuse: Refuse, only_pattern: Callable
                 before = pending[-1][1]
                 associates = before.symbol == item.symbol == "COMPOSES"
                 if level in (PARALLEL, BOTH) and pending[-1][0] == level and not associates:
-                    refuse(messages.chained_operator(item.span, before.span, shown(before.symbol), shown(item.symbol)))
+                    refuse(
+                        messages.chained_operator(
+                            item.span,
+                            before.span,
+                            shown(before.symbol),
+                            shown(item.symbol),
+                            in_front=isinstance(before, Head),
+                        )
+                    )
                 reduce()
             if item.symbol in ("\\", "|\\"):
                 # All to the left is done, and the result is an operand like any other.
