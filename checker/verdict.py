@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Final, Literal
+
+from cspcheck.cspm.syntax.tree import Model, PropertyKind
 
 if TYPE_CHECKING:
     from cspcheck.cspm.process.terms import Process
@@ -20,6 +22,14 @@ class Verdict(StrEnum):
 
 
 CounterexampleKind = Literal["trace", "refusal", "deadlock", "divergence", "nondeterminism", "obligation"]
+
+DEFAULT_MODELS: Final[dict[PropertyKind, Model]] = {
+    "deadlock free": "FD",
+    "divergence free": "FD",
+    "deterministic": "FD",
+    "has trace": "T",
+}
+"""The model in which a property is looked at that names none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +58,7 @@ class SpecificationRun:
     """What the specification of a refinement does while the implementation runs into its violation.
 
     Attributes:
-        trace: its events in order, taus included as ``tau``; without these, the visible events of the counterexample.
+        trace: its events in order, taus included; without these, the visible events of the counterexample.
         causes: aligned with ``trace``: for a hidden event the event it was, else None.
         states: its states as process expressions: before the first step and after each.
     """
@@ -97,14 +107,14 @@ class Counterexample:
 
     Attributes:
         kind: what is wrong at the end of ``trace``.
-        trace: event names from the initial state, taus included as ``tau``.
+        trace: event names from the initial state, taus included as :attr:`tau`.
         causes: aligned with ``trace``: for a hidden event the event it was (``mid.0``), else None.
         event: the event that is not allowed (kind ``trace``) or both possible and refusable (``nondeterminism``).
         refusal: what is refused at the end (kinds ``refusal``, ``deadlock``, ``nondeterminism``), or None. For a
             refinement: the events of the specification's acceptances that the state does not offer.
         offered: for a refinement's refusal, what the state at the end can be relied on to offer.
         allowed: the acceptances that the specification allows there, or the events, or None.
-        loop: the cycle of taus (kind ``divergence``) by their causes (``tau`` where there is none).
+        loop: the cycle of taus (kind ``divergence``) by their causes (:attr:`tau` where there is none).
         loop_parts: aligned with ``loop``: what the components that take part in each step perform, by name.
         refusals: in the models of refusal testing, aligned with ``trace``: what was seen to be refused before the step,
             None where nothing was looked at; None where no refusal on the way matters.
@@ -119,6 +129,7 @@ class Counterexample:
             None where there is no such cycle.
         alternative: for nondeterminism, another run with the visible events of ``trace`` and then ``event``, which
             the run of ``trace`` ends by refusing.
+        tau: how the internal action is written here; not ``tau`` where a channel of the script has this name.
         run: the replayed run, for who wants to step through it; no part of what is told.
     """
 
@@ -141,6 +152,7 @@ class Counterexample:
     alternative: tuple[str, ...] | None = None
     run: ReplayedRun | None = field(default=None, compare=False, repr=False)
     refusals: tuple[tuple[str, ...] | None, ...] | None = None
+    tau: str = "tau"
 
 
 @dataclass(frozen=True, slots=True)

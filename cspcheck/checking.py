@@ -6,13 +6,13 @@ import os
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal, Protocol
 
 from cspcheck.checker.verdict import Limits, Outcome, Verdict
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
 from cspcheck.cspm.source import Source
-from cspcheck.result import Result, answer
+from cspcheck.result import INTERRUPTED, Result, answer
 from cspcheck.selection import STDIN
 
 if TYPE_CHECKING:
@@ -38,6 +38,7 @@ class Settings:
         typecheck: whether types are checked before evaluation.
         view: classes with their ``data``, or in the ``control`` view without; None: as the script says.
         outputs: who chooses the outputs of classes: ``demonic`` (the class) or ``angelic`` (its environment).
+        coverage: whether what never happens in a check that passes is looked for.
     """
 
     limits: Limits = field(default_factory=Limits)
@@ -47,6 +48,7 @@ class Settings:
     typecheck: bool = True
     view: Literal["data", "control"] | None = None
     outputs: Literal["demonic", "angelic"] = "demonic"
+    coverage: bool = False
 
 
 class Watch(Protocol):
@@ -132,13 +134,14 @@ def load(path: str, settings: Settings) -> Script:
         ScriptError: it cannot be read, or there is an error in it.
     """
     from cspcheck.cspm import script
-    from cspcheck.cspm.script import Semantics
+    from cspcheck.cspm.notation import Semantics
 
     return script.load(
         read(path),
         overrides=settings.definitions,
         typecheck=settings.typecheck,
         semantics=Semantics(settings.view, settings.outputs),
+        recording=settings.coverage,
     )
 
 
@@ -167,9 +170,40 @@ def check(checker: Checker, assertion: Assertion, clock: Callable[[], float] = t
         return answer(assertion, _nothing(Verdict.UNKNOWN, "the machine is out of memory", clock() - start))
 
 
+def covered(script: Script, checker: Checker, assertion: Assertion, result: Result) -> Result:
+    """The result with what never happened in it, where its verdict is ``pass`` and the script was loaded for that."""
+    if result.verdict is not Verdict.PASS:
+        return result
+    from cspcheck.coverage import coverage
+
+    return replace(result, coverage=coverage(script, checker, assertion))
+
+
 def unanswered(assertion: Assertion, diagnostics: Sequence[Diagnostic], seconds: float = 0.0) -> Result:
     """The result with the verdict ``error`` for an assertion that could not be checked."""
     return answer(assertion, _nothing(Verdict.ERROR, diagnostics[0].message, seconds), diagnostics)
+
+
+def unreached(assertion: Assertion, progress: Progress | None = None, seconds: float = 0.0) -> Result:
+    """The result for an assertion that a run was interrupted before, or in the middle of, with its *progress*."""
+    if progress is None:
+        return answer(assertion, _nothing(Verdict.UNKNOWN, INTERRUPTED, seconds))
+    remark = f"{progress.states:,} states were explored, to depth {progress.depth:,}"
+    outcome = Outcome(
+        Verdict.UNKNOWN, INTERRUPTED, progress.states, 0, seconds, progress.memory_bytes, remarks=(remark,)
+    )
+    return answer(assertion, outcome)
+
+
+def outline(path: str) -> tuple[Assertion, ...]:
+    """The assertions of a script as its text has them, without loading it.
+
+    Raises:
+        ScriptError: it cannot be read.
+    """
+    from cspcheck.cspm.script import outline as assertions_of
+
+    return assertions_of(read(path))
 
 
 def _nothing(verdict: Verdict, reason: str, seconds: float) -> Outcome:

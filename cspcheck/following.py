@@ -80,7 +80,7 @@ class Follower:
         self._numbers: dict[frozenset[Process], int] = {}
         self._table: list[dict[int, int]] = []
         self._rows: list[dict[int, list[Process]]] = []
-        self._events: dict[str, int | None] = {"tick": TICK}
+        self._events: dict[str, int | None] = {script.events.tick: TICK}
         self._hidden_events: EventSet | None = None
         if hidden:
             process, self._hidden_events = shown(process, script.events)
@@ -100,9 +100,12 @@ class Follower:
         number = self._event(event)
         return self._hidden_events is not None and number is not None and number in self._hidden_events
 
-    def step(self, event: str) -> Departure | None:
-        """Follow an event as the script writes it; what is wrong if it is not allowed (then nothing has moved)."""
-        number = self._event(event)
+    def step(self, event: str, *, terminated: bool = False) -> Departure | None:
+        """Follow an event as the script writes it; what is wrong if it is not allowed (then nothing has moved).
+
+        *terminated*: it is successful termination, whatever it is called.
+        """
+        number = TICK if terminated else self._event(event)
         if number is None:
             return self._departure(event, "the script has no such event")
         target = self._table[self._now].get(number)
@@ -190,10 +193,20 @@ class Follower:
             try:
                 (number,) = self.script.trace(f"<{text}>")
             except (ScriptError, ValueError):
-                self._events[text] = None
+                self._events[text] = self._named(text)
             else:
                 self._events[text] = number
         return self._events[text]
+
+    def _named(self, text: str) -> int | None:
+        """The number of an event that is called so: one with values that no expression has, such as real numbers."""
+        table = self.script.events
+        for channel in table.channels:
+            if text.startswith(f"{channel.name}.") and channel.size is not None and channel.size <= MOST_STATES:
+                for event in range(channel.base, channel.base + channel.size):
+                    if table.name(event) == text:
+                        return event
+        return None
 
     def _departure(self, event: str, why: str) -> Departure:
         states = [describe(state, self.script.events, width=90) for state in list(self._sets[self._now])[:3]]
@@ -216,7 +229,7 @@ def shown(process: Process, table: EventTable) -> tuple[Process, EventSet]:
             parts = [_shown_part(operand, table) for operand in process.operands]
             for _, own in parts:
                 events = events | own
-            return Parallel(process.events, tuple(part for part, _ in parts)), events
+            return Parallel(process.events, tuple(part for part, _ in parts), process.clocks), events
         else:
             return process, events
 

@@ -7,20 +7,17 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING, Literal
 
-from cspcheck.checker.verdict import Counterexample, Outcome, Verdict
+from cspcheck.checker.verdict import DEFAULT_MODELS, Counterexample, Outcome, Verdict
 from cspcheck.cspm.diagnostics import Diagnostic, Severity
 from cspcheck.cspm.syntax import tree as syntax
 
 if TYPE_CHECKING:
+    from cspcheck.coverage import Coverage
     from cspcheck.cspm.script import Assertion
 
-DEFAULT_MODELS: dict[str, syntax.Model] = {
-    "deadlock free": "FD",
-    "divergence free": "FD",
-    "deterministic": "FD",
-    "has trace": "T",
-}
-"""The model of a property that names none."""
+
+INTERRUPTED = "interrupted"
+"""The reason of an unknown verdict where the run was stopped before there was one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,6 +35,7 @@ class Result:
         expected: the verdict that the script asks for in a comment; ``pass`` without one.
         outcome: what the checker found.
         diagnostics: the errors met while checking (verdict ``error``).
+        coverage: what never happened in a check that passed, where that was asked for.
     """
 
     file: str
@@ -51,6 +49,7 @@ class Result:
     specification: str | None = None
     expected: Verdict = Verdict.PASS
     diagnostics: tuple[Diagnostic, ...] = ()
+    coverage: Coverage | None = None
 
     def __bool__(self) -> bool:
         return self.verdict is Verdict.PASS
@@ -215,11 +214,13 @@ class Summary:
         verdicts: results by verdict; ``error`` also counts the scripts that could not be loaded.
         unexpected: results whose verdict is not the one that the script expects.
         seconds: wall time of the run.
+        unreached: of the unknown ones, those that the run was interrupted before.
     """
 
     verdicts: dict[Literal["pass", "fail", "unknown", "error"], int]
     unexpected: int = 0
     seconds: float = 0.0
+    unreached: int = 0
 
     @classmethod
     def empty(cls) -> Summary:
@@ -230,6 +231,7 @@ class Summary:
         """Count a result."""
         self.verdicts[result.verdict.value] += 1
         self.unexpected += not result.as_expected
+        self.unreached += result.reason == INTERRUPTED
 
     def add_broken_script(self) -> None:
         """Count a script that could not be loaded."""

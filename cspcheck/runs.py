@@ -21,6 +21,7 @@ class Recorded:
     time: float | None
     tasks: tuple[str, ...] | None
     inner: bool = False
+    terminated: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +65,7 @@ def read_records(lines: Iterable[str], name: str) -> Iterator[tuple[int, Recorde
                     float(time) if isinstance(time, (int, float)) else None,
                     tuple(map(str, tasks)) if isinstance(tasks, list) else None,
                     bool(found.get("inner", False)),
+                    bool(found.get("terminated", False)),
                 ),
             )
         else:
@@ -78,7 +80,7 @@ def follow(follower: Follower, records: Iterable[tuple[int, Recorded]]) -> Verdi
     count = 0
     for line, record in records:
         if follower.follows(record.event, record.hidden, record.inner):
-            departure = follower.step(record.event)
+            departure = follower.step(record.event, terminated=record.terminated)
             if departure is not None:
                 return Verdict(at(departure, count), line, record, count, follower.followed)
         count += 1

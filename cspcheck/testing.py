@@ -43,6 +43,10 @@ class Recorded(Protocol):
     def inner(self) -> bool:
         """Whether a part of the composition hides it, not the whole."""
 
+    @property
+    def terminated(self) -> bool:
+        """Whether it is successful termination, whatever events are called."""
+
 
 class Departed(AssertionError):
     """A run has left its specification; ``departure`` says where and why."""
@@ -73,7 +77,7 @@ class _Following:
         """
         if not self._follower.follows(record.event, record.hidden, record.inner):
             return
-        departure = self._follower.step(record.event)
+        departure = self._follower.step(record.event, terminated=record.terminated)
         if departure is not None:
             raise Departed(self._process, departure)
         self.events += 1
@@ -121,7 +125,7 @@ def traces(script: Script, process: str, *, max_length: int = 30) -> SearchStrat
             event = draw(st.sampled_from(allowed))
             follower.step(event)
             events.append(event)
-            if event == "tick":
+            if event == script._script.events.tick:
                 break
         return events
 

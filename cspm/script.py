@@ -15,48 +15,31 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError, Severity
 from cspcheck.cspm.evaluator import Evaluator
 from cspcheck.cspm.evaluator.frames import Frame
+from cspcheck.cspm.evaluator.recording import RecordingEvaluator
 from cspcheck.cspm.evaluator.units import Declarations
 from cspcheck.cspm.naming import messages as name_messages
 from cspcheck.cspm.naming.resolve import Names, resolve, resolve_more
+from cspcheck.cspm.notation import Paragraphs, Semantics, extension
 from cspcheck.cspm.parsing.reading import parse, parse_alone, parse_assertion, parse_expression, read_source
 from cspcheck.cspm.printing.printer import print_assertion
 from cspcheck.cspm.process.events import EventSet, EventTable
 from cspcheck.cspm.process.terms import Process
 from cspcheck.cspm.process.text import describe
-from cspcheck.cspm.recursion import deep_recursion
 from cspcheck.cspm.source import Source, Span
 from cspcheck.cspm.spelling import suggestions
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.values.dots import Channels, DotList, Dotted, Event
 from cspcheck.cspm.values.failure import Failure
+from cspcheck.cspm.values.order import order_key
 from cspcheck.cspm.values.sets import Set
 from cspcheck.cspm.values.text import show
 from cspcheck.cspm.values.values import Boolean, Map, Real, Sequence, deep
 
 if TYPE_CHECKING:
-    from cspcheck.cspm.oz.core import Specification
-    from cspcheck.cspm.oz.processes.context import ClassContext
     from cspcheck.cspm.typing.inference import Types
 
 Expected: TypeAlias = Literal["pass", "fail", "unknown"]
 _EXPECT = re.compile(r"\bexpect:\s*(pass|fail|unknown)\b")
-
-
-View: TypeAlias = Literal["data", "control"]
-Outputs: TypeAlias = Literal["demonic", "angelic"]
-
-
-@dataclass(frozen=True, slots=True)
-class Semantics:
-    """How classes are read.
-
-    Attributes:
-        view: ``control`` drops the data and keeps the process equations; None: as the script says.
-        outputs: ``demonic``: the class chooses them; ``angelic``: the environment does.
-    """
-
-    view: View | None = None
-    outputs: Outputs = "demonic"
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +69,9 @@ class Script:
         tree: syntax.Script,
         names: Names,
         types: Types | None,
-        classes: Classes | None = None,
+        classes: Paragraphs | None = None,
+        *,
+        recording: bool = False,
     ) -> None:
         self.source = source
         self.tree = tree
@@ -96,13 +81,13 @@ class Script:
         """What the type checker found; None if it was not asked."""
         self.classes = classes
         """The Object-Z part; None if there is none."""
-        self.events = EventTable(show)
+        self.events = EventTable(show, order_key)
         """The events of all channels, numbered in the order of declaration, those of module instances last."""
         self.warnings: tuple[Diagnostic, ...] = () if types is None else types.warnings
         if classes is not None:
             self.warnings = (*classes.warnings, *self.warnings)
         self.warnings = (*tree.remarks, *names.warnings, *self.warnings)
-        self._evaluator = Evaluator(names, Channels(self.events), types)
+        self._evaluator = (RecordingEvaluator if recording else Evaluator)(names, Channels(self.events), types)
         self._top, declared, broken = self._evaluator.run(lambda: self._declare(tree))
         self.warnings += tuple([_as_warning(d) for failure in broken for d in failure.finished().diagnostics])
         self._frames: dict[int, Frame] = {}
@@ -117,19 +102,11 @@ class Script:
         self.printed: tuple[str, ...] = tuple(self._printed(declared))
         """What the ``print`` declarations say, in order."""
 
-    @property
-    def specification(self) -> Specification | None:
-        """What the Object-Z part of the script says; None if there is none."""
-        return None if self.classes is None else self.classes.context.specification
-
     def readings(self, node: syntax.Assertion) -> tuple[str, ...]:
         """The finite readings that the classes behind an assertion follow, as the script writes them."""
         if self.classes is None:
             return ()
-        from cspcheck.cspm.oz.processes.alphabets import Alphabets
-
-        owners = {foreign.owner: None for foreign in Alphabets(self.names).foreign(_operands(node))}
-        return self.classes.context.used(owners)
+        return self.classes.readings(self.names, _operands(node))
 
     def _declare(self, tree: syntax.Script) -> tuple[Frame, Declarations, list[Failure]]:
         declarations = Declarations(self._evaluator)
@@ -137,21 +114,13 @@ class Script:
         return Frame.outermost(unit), declarations, declarations.settle()
 
     def _own_assertions(self, declared: Declarations) -> Iterator[Assertion]:
-        expectations = {self.source: _expectations(self.tree)}
+        announced = {self.source: _expectations(self.tree)}
         for declaration, frame in declared.assertions:
             node = declaration.assertion
             for part in _operands(node):
                 self._frames[id(part)] = frame
             span = declaration.span
-            if span.source not in expectations:
-                # The tree of an included file keeps its declarations alone: its comments are read anew, if it matters.
-                said = _EXPECT.search(span.source.text) is not None
-                expectations[span.source] = _expectations(parse_alone(span.source)) if said else {}
-            announced = expectations[span.source]
-            lines = range(span.line, span.end_line + 1)
-            expected = next((announced[line, True] for line in lines if (line, True) in announced), None)
-            expected = expected or announced.get((span.line - 1, False))
-            yield Assertion(node, print_assertion(node), span, expected)
+            yield Assertion(node, print_assertion(node), span, _expected(span, announced))
 
     @property
     def evaluator(self) -> Evaluator:
@@ -286,63 +255,65 @@ class Script:
 
 
 def load(
-    script: str | os.PathLike[str] | Source,
+    script: str | os.PathLike[str] | Source | syntax.Script,
     *,
     overrides: Mapping[str, str] | None = None,
     typecheck: bool = True,
     semantics: Semantics | None = None,
+    recording: bool = False,
 ) -> Script:
     """Load a script from a file, or from a text that has been read already.
 
     Args:
-        script: a path or a source; includes are found relative to its folder.
+        script: a path, a source (includes are found relative to its folder), or a tree that has been parsed already.
         overrides: expressions that replace those of top-level definitions ``NAME = ...``, by name.
         typecheck: whether types are inferred and must be right.
         semantics: how classes are read; by default with their data, outputs chosen by the class.
+        recording: whether to remember what was evaluated (:class:`.RecordingEvaluator`), for coverage.
 
     Raises:
         ScriptError: the file cannot be read, or the script is wrong.
     """
-    source = script if isinstance(script, Source) else read_source(script)
-    tree = parse(source)
+    if isinstance(script, syntax.Script):
+        source, tree = script.span.source, script
+    else:
+        source = script if isinstance(script, Source) else read_source(script)
+        tree = parse(source)
     if overrides:
         tree = _overridden(tree, overrides)
-    classes: Classes | None = None
+    classes: Paragraphs | None = None
     if any(isinstance(declaration, syntax.Paragraph) for declaration in _all(tree.declarations)):
-        classes, tree = _with_classes(tree, semantics)
+        classes, tree = extension().elaborated(tree, semantics)
     names = resolve(tree)
     types: Types | None = None
     if typecheck:
         from cspcheck.cspm.typing.inference import infer
 
         types = infer(tree, names)
-    return Script(source, tree, names, types, classes)
+    return Script(source, tree, names, types, classes, recording=recording)
 
 
-@dataclass(frozen=True, slots=True)
-class Classes:
-    """The Object-Z part of a script: what its classes share, and what is odd about them."""
+def outline(source: Source) -> tuple[Assertion, ...]:
+    """The assertions of a script as they stand in its text and in what it includes: nothing is evaluated.
 
-    context: ClassContext
-    warnings: tuple[Diagnostic, ...]
+    Raises:
+        ScriptError: with every mistake in the form of the script.
+    """
+    found: list[Assertion] = []
+    announced: dict[Source, _Expectations] = {}
+    tree = parse(source)
+    announced[source] = _expectations(tree)
 
+    def collect(declarations: tuple[syntax.Declaration, ...]) -> None:
+        for declaration in declarations:
+            if isinstance(declaration, syntax.IncludeDeclaration | syntax.TimedDeclaration):
+                collect(declaration.declarations)
+            elif isinstance(declaration, syntax.AssertDeclaration):
+                node, span = declaration.assertion, declaration.span
+                found.append(Assertion(node, print_assertion(node), span, _expected(span, announced)))
 
-def _with_classes(tree: syntax.Script, semantics: Semantics | None) -> tuple[Classes, syntax.Script]:
-    """The classes of a script, and the script with what they become in their place."""
-    import cspcheck.cspm.oz.processes.evaluating  # noqa: F401  (registers how what classes become is evaluated)
-    from cspcheck.cspm.oz.processes.context import ClassContext
-    from cspcheck.cspm.oz.processes.desugaring import desugared
-    from cspcheck.cspm.oz.typing.elaboration import elaborate
-
-    elaborated = elaborate(tree)
-    view = semantics.view if semantics is not None else None
-    context = ClassContext(
-        elaborated.specification,
-        control=elaborated.specification.control if view is None else view == "control",
-        angelic=semantics is not None and semantics.outputs == "angelic",
-    )
-    with deep_recursion():
-        return Classes(context, elaborated.warnings), desugared(tree, elaborated, context)
+    collect(tree.declarations)
+    return tuple(found)
 
 
 def _as_warning(diagnostic: Diagnostic) -> Diagnostic:
@@ -434,12 +405,28 @@ def _operands(node: syntax.Assertion) -> list[syntax.Expr]:
     return [*found, *[option.events for option in node.options if option.events is not None]]
 
 
-def _expectations(tree: syntax.Script) -> dict[tuple[int, bool], Expected]:
+_Expectations: TypeAlias = dict[tuple[int, bool], Expected]
+"""What the comments of a file announce, by line and whether other text stands there with them."""
+
+
+def _expected(span: Span, announced: dict[Source, _Expectations]) -> Expected | None:
+    """The verdict that is announced for an assertion; what a file announces is added to *announced* when needed."""
+    if span.source not in announced:
+        # The tree of an included file keeps its declarations alone: its comments are read anew, if it matters.
+        said = _EXPECT.search(span.source.text) is not None
+        announced[span.source] = _expectations(parse_alone(span.source)) if said else {}
+    here = announced[span.source]
+    lines = range(span.line, span.end_line + 1)
+    expected = next((here[line, True] for line in lines if (line, True) in here), None)
+    return expected or here.get((span.line - 1, False))
+
+
+def _expectations(tree: syntax.Script) -> _Expectations:
     """The expected verdicts in a file's comments, by line and whether (True) or not other text stands there with them.
 
     A comment that stands alone counts for its own line too: it may be inside an assertion of several lines.
     """
-    found: dict[tuple[int, bool], Expected] = {}
+    found: _Expectations = {}
     for comment in tree.comments:
         match = _EXPECT.search(comment.text)
         if match is None:

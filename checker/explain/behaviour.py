@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from cspcheck.checker.explain.blocked_slots import Blocked, blocked, shortest_cycle
-from cspcheck.checker.explain.replay import Replay, ReplayFailure, offer, states_after
+from cspcheck.checker.explain.replay import Replay, ReplayFailure, states_after
 from cspcheck.checker.explain.running import distinct_names
 from cspcheck.checker.explain.story import Told
 from cspcheck.checker.network.network import Network, Slot
@@ -17,6 +17,7 @@ from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.search.paths import Step, tau_loop
 from cspcheck.checker.semantics.steps import Row
+from cspcheck.checker.semantics.transitions import offer
 from cspcheck.checker.verdict import ComponentBehaviour, Counterexample, ReplayedRun
 from cspcheck.cspm.process.events import FIRST_EVENT, TAU, TICK, EventTable
 from cspcheck.cspm.process.terms import STOP, Process
@@ -78,10 +79,10 @@ class Behaviour:
         return None if self._told is None else ReplayedRun(self.process, self._told.run)
 
     def loop_names(self, loop: Sequence[Step]) -> tuple[str, ...]:
-        """A cycle of taus by what was hidden in them; ``tau`` where nothing was."""
+        """A cycle of taus by what was hidden in them; the word for tau where nothing was."""
         inside = self._told.loop_causes if self._told is not None else (None,) * len(loop)
         causes = [self._cause(step, told) for step, told in zip(loop, inside, strict=True)]
-        return tuple("tau" if cause is None else self.events.name(cause) for cause in causes)
+        return tuple(self.events.tau if cause is None else self.events.name(cause) for cause in causes)
 
     def loop_parts(self, loop: Sequence[Step]) -> tuple[tuple[tuple[str, str], ...], ...]:
         """The components that take part in each tau of a cycle, each with what it performs itself."""

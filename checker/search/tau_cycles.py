@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from cspcheck.checker.lts import Int64Array
-from cspcheck.checker.search.walk import Walk, backwards, kernels_for
+from cspcheck.checker.arrays import Int64Array
+from cspcheck.checker.kernels.jit import kernels_for
+from cspcheck.checker.search.walk import Walk, backwards
 
 
 def tau_cyclic_states(walk: Walk, level: int) -> Int64Array:
@@ -32,7 +33,7 @@ def cyclic_nodes(sources: Int64Array, targets: Int64Array, first: int, last: int
     return first + np.flatnonzero(cyclic[component])
 
 
-def divergent_states(walk: Walk, first_level: int, level: int) -> Int64Array:
+def divergent_states_of_level(walk: Walk, first_level: int, level: int) -> Int64Array:
     """The states of a level from which an infinite path of taus starts: ascending numbers.
 
     Args:

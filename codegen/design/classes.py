@@ -19,11 +19,13 @@ from cspcheck.codegen.design.predicates import Key, Terms, keys_in, ways
 from cspcheck.codegen.quoting import literal, phrase
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.processes.classes import context_of
 from cspcheck.cspm.oz.processes.nodes import CarrierSet
 from cspcheck.cspm.oz.values.evaluation import Evaluator
 from cspcheck.cspm.oz.values.substitution import substituted
 from cspcheck.cspm.oz.values.terms import primed, shape, show_term
 from cspcheck.cspm.script import Script
+from cspcheck.cspm.values.failure import Failure
 
 RESERVED = frozenset(
     {"initial", "invariant", "allows", "assignments", "anything", "snapshot", "restore", "after", "self"}
@@ -75,9 +77,11 @@ class Classes:
     """Designs the classes of a script."""
 
     def __init__(self, script: Script, data: Data) -> None:
-        specification = script.specification
-        assert specification is not None
+        context = context_of(script)
+        assert context is not None
+        specification = context.specification
         self.script = script
+        self.context = context
         self.data = data
         self.specification = specification
         self._named = dict(self._abbreviations())
@@ -164,8 +168,7 @@ class Classes:
         return value
 
     def _evaluator(self, owner: str) -> Evaluator:
-        assert self.script.classes is not None
-        return self.script.classes.context.evaluator(owner)
+        return self.context.evaluator(owner)
 
     def _listed(self, term: core.Term, owner: str) -> tuple[int, ...] | None:
         """The values of a finite set of integers."""
@@ -173,8 +176,8 @@ class Classes:
             return None
         try:
             values = self._evaluator(owner).enumerate(term)
-        except Exception:
-            return None
+        except Failure:
+            return None  # not finite, or not to be listed: no range to hold values against
         return tuple(sorted(values))
 
     def _real_bounds(self, term: core.Term) -> tuple[float, float] | None:
@@ -357,7 +360,7 @@ class _ClassDesigner:
             text = self._all(operation.effect)
             self.out.add("")
             with self.out.block(f"def {post}(self{whole}, after: Any) -> bool:"):
-                self.out.add(_doc(operation.effect), f"return bool({text})")
+                self.out.add(_doc(operation.effect), f"return {_truth(text)}")
         text = _shown((*operation.guard, *operation.effect))
         return OperationDesign(name, method, attribute, kinds, guard, gives, post, tuple(notes), own, text)
 
@@ -432,6 +435,11 @@ def _shown(terms: tuple[core.Term, ...]) -> str:
     text = " and ".join(show_term(term) for term in terms) or "true"
     text = " ".join(text.split())
     return text if len(text) <= 90 else f"{text[:87].rstrip()}..."
+
+
+def _truth(text: str) -> str:
+    """A condition as a truth value; what speaks of after-values has no type of its own."""
+    return text if text in ("True", "False") else f"bool({text})"
 
 
 def _doc(terms: tuple[core.Term, ...]) -> str:

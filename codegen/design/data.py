@@ -12,6 +12,7 @@ from cspcheck.codegen.quoting import literal, phrase
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
 from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.processes.classes import context_of
 from cspcheck.cspm.process.events import FieldDomain
 from cspcheck.cspm.script import Script
 from cspcheck.cspm.source import Span
@@ -19,7 +20,7 @@ from cspcheck.cspm.typing import types
 from cspcheck.cspm.values.dots import Constructor, Dotted, Event
 from cspcheck.cspm.values.sets import Set
 from cspcheck.cspm.values.text import show
-from cspcheck.cspm.values.values import Boolean, Sequence as CspSequence
+from cspcheck.cspm.values.values import Boolean, Map, Real, Sequence as CspSequence
 
 INTEGERS_LISTED = 8
 """So many integers that are no range are listed in a type without a name."""
@@ -57,6 +58,12 @@ class Data:
                 return repr(value)
             case str():
                 return literal(value)
+            case Real():
+                return repr(float(value.value))
+            case Map():
+                entries = sorted(value.entries.items(), key=lambda entry: show(entry[0]))
+                rows = [f"({self.literal(k, where, span)}, {self.literal(v, where, span)})" for k, v in entries]
+                return f"({', '.join(rows)}{',' if len(rows) == 1 else ''})"
             case tuple():
                 items = [self.literal(item, where, span) for item in value]
                 return f"({', '.join(items)})"
@@ -186,8 +193,9 @@ class Data:
         key = (owner, name)
         known = self._oz_constants.get(key)
         if known is None:
-            assert self.script.classes is not None
-            value = self.script.classes.context.evaluator(owner).constants[name]
+            context = context_of(self.script)
+            assert context is not None
+            value = context.evaluator(owner).constants[name]
             if not isinstance(value, (bool, int, Fraction)):
                 raise ScriptError(messages.no_value(str(value), f"the constant `{name}`", span))
             text = repr(float(value)) if isinstance(value, Fraction) else repr(value)
@@ -273,9 +281,9 @@ class Data:
 
 
 def _has_sequence(value: Any) -> bool:
-    """Whether a value has a sequence in it, which in Python is a tuple like others."""
+    """Whether a value has something in it that in Python looks like something else: sequences, maps, reals."""
     match value:
-        case CspSequence():
+        case CspSequence() | Map() | Real():
             return True
         case tuple():
             return any(map(_has_sequence, value))

@@ -4,8 +4,9 @@ A record is one event; as JSON it is one line::
 
     {"n": 0, "time": 0.1, "event": "pc.3", "channel": "pc", "values": [3], "tasks": ["P", "C"], "hidden": false}
 
-``event`` is the event as the specification writes it (or ``tick`` at the end of a program all of whose tasks have
-ended); it is what ``cspcheck trace`` reads. ``inner`` stands there, true, where a part of the composition hides the
+``event`` is the event as the specification writes it; it is what ``cspcheck trace`` reads. At the end of a program all
+of whose tasks have ended stands ``tick``, with ``terminated`` true, since a specification may have an event of this
+name. ``inner`` stands there, true, where a part of the composition hides the
 event and not the whole. ``values`` are for other readers.
 """
 
@@ -31,6 +32,7 @@ class Record(NamedTuple):
     tasks: tuple[str, ...]
     hidden: bool
     inner: bool = False
+    terminated: bool = False
 
     def to_json(self) -> str:
         """The record as one line of JSON."""
@@ -44,6 +46,7 @@ class Record(NamedTuple):
                 "tasks": list(self.tasks),
                 "hidden": self.hidden,
                 **({"inner": True} if self.inner else {}),
+                **({"terminated": True} if self.terminated else {}),
             }
         )
 

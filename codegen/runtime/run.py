@@ -266,6 +266,8 @@ class Run:
         """
         if not commits:
             return False
+        if len(commits) > 1:
+            commits = _first_ranks(commits)
         commit = self._policy.choose(commits, self._priorities)
         names = [task for task, _ in commit.parts]
         offers = self._board.waiting
@@ -356,8 +358,9 @@ class Run:
             return
         if not self._board.waiting:
             self.terminated = True
+            end = Record(self.events, self.clock.now(), "tick", "tick", (), (), hidden=False, terminated=True)
             try:
-                self._recorder.record(Record(self.events, self.clock.now(), "tick", "tick", (), (), False))
+                self._recorder.record(end)
             except Exception as error:
                 self.failure = error
             self._closed = True
@@ -381,3 +384,12 @@ class Run:
             else:
                 self._running += 1
                 party.gate.open()
+
+
+def _first_ranks(commits: Sequence[Commit]) -> Sequence[Commit]:
+    """The events that no possible event of a lower rank comes before."""
+    ranks = [commit.channel.rank for commit in commits if commit.channel.rank is not None]
+    if not ranks:
+        return commits
+    first = min(ranks)
+    return [commit for commit in commits if commit.channel.rank is None or commit.channel.rank <= first]

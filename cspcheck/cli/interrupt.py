@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import signal
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import FrameType, TracebackType
 from typing import Any, Self
 
@@ -18,6 +20,7 @@ class Interrupts:
 
     def __init__(self) -> None:
         self._asked = False
+        self._holding = False
         self._handler: Any = None
         self._hook = sys.unraisablehook
 
@@ -46,9 +49,21 @@ class Interrupts:
         if self._asked:
             raise KeyboardInterrupt
 
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """While this is entered nothing is interrupted: what belongs together is done whole, or not begun."""
+        self.poll()
+        self._holding = True
+        try:
+            yield
+        finally:
+            self._holding = False
+        self.poll()
+
     def _interrupt(self, number: int, frame: FrameType | None) -> None:
         self._asked = True
-        raise KeyboardInterrupt
+        if not self._holding:
+            raise KeyboardInterrupt
 
     def _unraisable(self, unraisable: Any) -> None:
         if not (self._asked and unraisable.exc_type is KeyboardInterrupt):

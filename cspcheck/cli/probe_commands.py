@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.process.events import TAU
 from cspcheck.cspm.spelling import suggestions
 from cspcheck.probing import NoSuchStep, Probe, Step, step_name
 from cspcheck.quantities import count
@@ -141,12 +142,12 @@ class Commands:
         counterexample = self._result.counterexample if self._result is not None else None
         if counterexample is None or counterexample.specification is None or self._probe.followed() is None:
             return []
-        done = sum(self._probe.events.name(performed.event) != "tau" for performed in self._probe.trace())
+        done = sum(performed.event != TAU for performed in self._probe.trace())
         states = [counterexample.specification.states[0]]
         for event, state in zip(
             counterexample.specification.trace, counterexample.specification.states[1:], strict=True
         ):
-            if event == "tau":
+            if event == counterexample.tau:
                 states[-1] = state
             else:
                 states.append(state)
@@ -192,7 +193,7 @@ class Commands:
         taken = len(self._probe.way)
         try:
             for name in events:
-                if name == "tau":
+                if name == self._probe.events.tau:
                     self._probe.take(self._first_tau())
                 else:
                     self._probe.perform(name)
@@ -203,9 +204,9 @@ class Commands:
         self._show()
 
     def _first_tau(self) -> Step:
-        step = next((step for step in self._probe.steps() if self._probe.events.name(step.event) == "tau"), None)
+        step = next((step for step in self._probe.steps() if step.event == TAU), None)
         if step is None:
-            raise NoSuchStep("`tau` cannot happen here")
+            raise NoSuchStep(f"`{self._probe.events.tau}` cannot happen here")
         return step
 
     def _next(self, text: str) -> None:

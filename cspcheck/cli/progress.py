@@ -58,6 +58,8 @@ class ProgressLine:
         self._working = False
         self._told = 0.0
         self._last: tuple[float, int] = (0.0, 0)
+        self.latest: Progress | None = None
+        """Where the search of the present work is; None if it has not told."""
         self._lock = threading.RLock()
 
     def begin(self, what: str) -> None:
@@ -67,10 +69,12 @@ class ProgressLine:
             self._start = self._told = self._clock()
             self._next = self._start + (FIRST if self._live else LINE_INTERVAL)
             self._last = (self._start, 0)
+            self.latest = None
             self._working = True
 
     def progress(self, progress: Progress) -> None:
         """Show where the search is, if it is time to."""
+        self.latest = progress
         self._poll()
         with self._lock:
             now = self._told = self._clock()

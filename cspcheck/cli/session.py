@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from cspcheck.cli.interrupt import Interrupts
@@ -15,7 +16,7 @@ from cspcheck.failure import InternalErrors
 from cspcheck.messages import empty_folder, no_assertions, nothing_selected
 from cspcheck.report.style import ColorChoice, is_terminal, style_for
 from cspcheck.result import Exit, Result, Summary, exit_of, worst
-from cspcheck.selection import EmptyFolder, Pattern, Target, select
+from cspcheck.selection import STDIN, EmptyFolder, Pattern, Target, select
 
 if TYPE_CHECKING:
     from cspcheck.checking import Settings
@@ -54,6 +55,8 @@ class Session:
         self.summary = Summary.empty()
         self._start = time.perf_counter()
         self._codes: list[Exit] = []
+        self._opened: Target | None = None
+        self._missed: list[Result] = []
         self._internal_errors = InternalErrors(sys.argv[1:], verbose=verbosity > 0)
 
     def check(self, targets: Iterable[Target | EmptyFolder]) -> Exit:
@@ -68,14 +71,17 @@ class Session:
                 return
             chosen = select(script.assertions, target.lines, self._patterns)
             selected += len(chosen)
+            self._opened = target
             if not chosen:
                 missed.append((target, script))
                 return
             self._report.script(script.source.name, script.printed)
             self._check(script, chosen)
 
-        interrupted = self._each(targets, check_one)
-        if not interrupted:
+        interrupted, left = self._each(targets, check_one)
+        if interrupted:
+            self._tell_unreached(left)
+        else:
             self._explain_missed(missed, selected)
             if not selected:
                 self._codes.append(Exit.NOTHING)
@@ -89,7 +95,7 @@ class Session:
             if script is not None:
                 self._report.script(script.source.name)
 
-        return self._end(self._each(targets, load_one))
+        return self._end(self._each(targets, load_one)[0])
 
     def say(self, diagnostics: Sequence[Diagnostic]) -> None:
         """Diagnostics, into the report if it carries them, else to standard error. Warnings are not for the quiet."""
@@ -108,11 +114,15 @@ class Session:
         self.progress.erase()
         self._remarks.write(render_diagnostics(diagnostics, self._style))
 
-    def _each(self, targets: Iterable[Target | EmptyFolder], do: Callable[[Target], None]) -> bool:
-        """Do something with each target; whether it was interrupted."""
+    def _each(
+        self, targets: Iterable[Target | EmptyFolder], do: Callable[[Target], None]
+    ) -> tuple[bool, list[Target | EmptyFolder]]:
+        """Do something with each target; whether it was interrupted, and the targets from that one on."""
+        listed = list(targets)
+        position = 0
         try:
             with self._interrupts, Heartbeat(self.progress.beat):
-                for target in targets:
+                for position, target in enumerate(listed):  # noqa: B007
                     self._interrupts.poll()
                     if isinstance(target, EmptyFolder):
                         self.say([empty_folder(target.path)])
@@ -125,8 +135,8 @@ class Session:
                         self.say([self._internal_errors.report(error, f"reading `{target.path}`")])
         except KeyboardInterrupt:
             self.progress.erase()
-            return True
-        return False
+            return True, listed[position:]
+        return False, []
 
     def _load(self, target: Target) -> Script | None:
         from cspcheck.checking import load
@@ -145,21 +155,53 @@ class Session:
         return script
 
     def _check(self, script: Script, assertions: Sequence[Assertion]) -> None:
-        from cspcheck.checking import check, checker_for, unanswered
+        from cspcheck.checking import check, checker_for, covered, unanswered, unreached
 
         checker = checker_for(script, self._settings, self.progress)
-        for assertion in assertions:
-            self._interrupts.poll()
-            self.progress.begin(self._label + assertion.text)
+        for position, assertion in enumerate(assertions):
+            started = time.perf_counter()
             try:
-                result = check(checker, assertion)
-                code = exit_of(result)
-            except Exception as error:
-                report = self._internal_errors.report(error, f"checking `{assertion.text}`")
-                result, code = unanswered(assertion, [report]), Exit.INTERNAL
-            finally:
-                self.progress.done()
-            self._take(result, code)
+                self._interrupts.poll()
+                self.progress.begin(self._label + assertion.text)
+                try:
+                    result = check(checker, assertion)
+                    if self._settings.coverage:
+                        result = covered(script, checker, assertion, result)
+                    code = exit_of(result)
+                except Exception as error:
+                    report = self._internal_errors.report(error, f"checking `{assertion.text}`")
+                    result, code = unanswered(assertion, [report]), Exit.INTERNAL
+                finally:
+                    self.progress.done()
+            except KeyboardInterrupt:
+                here = unreached(assertion, self.progress.latest, time.perf_counter() - started)
+                self._take(here, Exit.INTERRUPTED)
+                self._missed = [unreached(other) for other in assertions[position + 1 :]]
+                raise
+            with self._interrupts.held():
+                self._missed = [unreached(other) for other in assertions[position + 1 :]]
+                self._take(result, code)
+
+    def _tell_unreached(self, targets: Sequence[Target | EmptyFolder]) -> None:
+        """Tell the assertions that an interrupted run has not come to: those of *targets*, the first maybe in part.
+
+        Scripts that were not opened are only parsed for it; a second interrupt is enough of that.
+        """
+        from cspcheck.checking import outline, unreached
+
+        missed = self._missed
+        with suppress(KeyboardInterrupt):
+            for target in targets:
+                if isinstance(target, EmptyFolder) or target is self._opened or target.path == STDIN:
+                    continue
+                try:
+                    chosen = select(outline(target.path), target.lines, self._patterns)
+                except (ScriptError, RecursionError):
+                    continue  # which is told when it is checked
+                missed.extend(map(unreached, chosen))
+        for result in missed:
+            self.summary.add(result)
+        self._report.unreached(missed)
 
     def _take(self, result: Result, code: Exit) -> None:
         self.summary.add(result)

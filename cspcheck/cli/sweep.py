@@ -96,7 +96,7 @@ def command(**options: Any) -> None:
             if codes[-1] is Exit.INTERRUPTED:
                 break
         if options["form"] == "json":
-            output.write(document(done, __version__))
+            output.write(document(done, __version__, interrupted=codes[-1] is Exit.INTERRUPTED))
         else:
             output.write(table(done, names, style_for(output.stream, options["color"])))
     finish(worst(codes))

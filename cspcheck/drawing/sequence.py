@@ -77,7 +77,7 @@ def _run(counterexample: Counterexample) -> Iterator[_Row]:
     causes = counterexample.causes or (None,) * len(counterexample.trace)
     for i, (event, cause) in enumerate(zip(counterexample.trace, causes, strict=True)):
         columns = tuple(number for number, c in enumerate(counterexample.components) if c.trace[i] is not None)
-        yield _Row(step_text(event, cause), columns or (0,), "hidden" if event == "tau" else "")
+        yield _Row(step_text(event, cause), columns or (0,), "hidden" if event == counterexample.tau else "")
     if counterexample.kind == "trace" and counterexample.event is not None:
         names = [component.name for component in counterexample.components]
         columns = tuple(sorted(names.index(name) for name, _ in counterexample.event_parts if name in names))
@@ -88,7 +88,7 @@ def _loop(counterexample: Counterexample, names: list[str]) -> Iterator[_Row]:
     loop = counterexample.loop or ()
     for cause, parts in zip_longest(loop, counterexample.loop_parts, fillvalue=()):
         columns = tuple(sorted(names.index(name) for name, _ in parts if name in names))
-        yield _Row(step_text("tau", None if cause == "tau" else str(cause)), columns or (0,), "hidden")
+        yield _Row(step_text(counterexample.tau, str(cause)), columns or (0,), "hidden")
 
 
 def _columns(boxes: list[float], rows: list[_Row]) -> list[float]:

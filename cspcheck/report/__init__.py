@@ -32,6 +32,9 @@ class Report(Protocol):
     def result(self, result: Result) -> None:
         """One assertion's answer."""
 
+    def unreached(self, results: Sequence[Result]) -> None:
+        """The run is interrupted; these are what it would have answered, as unknown."""
+
     def end(self, summary: Summary, *, interrupted: bool = False) -> None:
         """Nothing follows."""
 

@@ -33,5 +33,10 @@ class ConciseReport:
         text = f"{result.file}:{result.line}: {result.verdict}: {result.assertion}" + (f" -- {words}" if words else "")
         self._write(" ".join(harmless(text).split()) + "\n")
 
+    def unreached(self, results: Sequence[Result]) -> None:
+        """They are unknown."""
+        for result in results:
+            self.result(result)
+
     def end(self, summary: Summary, *, interrupted: bool = False) -> None:
         """Nothing: every line stands for itself."""

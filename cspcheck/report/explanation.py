@@ -68,9 +68,10 @@ class _Explanation:
         if self.counterexample.loop is None:
             return []
         counterexample = self.counterexample
-        steps = [step_text("tau", None if cause == "tau" else cause) for cause in counterexample.loop or ()]
+        tau = counterexample.tau
+        steps = [step_text(tau, cause) for cause in counterexample.loop or ()]
         actors = [
-            names(counterexample, parts, {"tau", cause})
+            names(counterexample, parts, {tau, cause})
             for cause, parts in zip(counterexample.loop or (), counterexample.loop_parts, strict=False)
         ]
         width = max(map(columns, steps))

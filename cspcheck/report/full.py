@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 
 from cspcheck.checker.verdict import Verdict
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.quantities import count, show_seconds
+from cspcheck.report.coverage import coverage_lines
 from cspcheck.report.diagnostics import render_diagnostic
 from cspcheck.report.explanation import Detail, explanation
 from cspcheck.report.style import PLAIN, Style, columns, harmless, wrapped
@@ -56,6 +58,15 @@ class FullReport:
             self._line(f"  {line}".rstrip())
         self._gap = len(lines) > 1 and not result.diagnostics  # which follow on standard error
 
+    def unreached(self, results: Sequence[Result]) -> None:
+        """How many there are of each script."""
+        numbers = Counter(result.file for result in results)
+        if numbers:
+            self._gap = self._begun
+            told = ", ".join(f"{harmless(file)} ({number:,})" for file, number in numbers.items())
+            for line in wrapped(f"not reached: {told}", self._style.width, rest="  "):
+                self._line(self._style.paint(line, "dim"))
+
     def end(self, summary: Summary, *, interrupted: bool = False) -> None:
         """The summary line."""
         if self._verbosity < 0:
@@ -100,6 +111,8 @@ def _below(result: Result, style: Style, verbosity: int) -> list[str]:
     """
     condition = [style.paint(line, "dim") for line in condition_lines(result)]
     remarks = [line for remark in result.remarks for line in wrapped(f"note: {harmless(remark)}", style.width - 2)]
+    if result.coverage is not None:
+        remarks += coverage_lines(result.coverage, style)
     if result.verdict is Verdict.PASS and result.as_expected and verbosity <= 0:
         return [*condition, *remarks]
     detail: Detail = "whole" if verbosity > 0 else "sentence" if result.as_expected else "folded"
@@ -127,14 +140,14 @@ def explained(result: Result, style: Style, detail: Detail = "folded", hint: str
 
 def summary_line(summary: Summary, style: Style, *, interrupted: bool = False) -> str:
     """``3 assertions: 2 pass, 1 fail (expected), in 1.20 s``."""
-    parts = [
-        style.paint(f"{number:,} {verdict}", _COLORS[verdict] if verdict != "pass" else "green")
-        for verdict, number in summary.verdicts.items()
-        if number
-    ]
+    reached = summary.verdicts | {"unknown": summary.verdicts["unknown"] - summary.unreached}
+    parts = [style.paint(f"{number:,} {verdict}", _COLORS[verdict]) for verdict, number in reached.items() if number]
     text = ", ".join(parts) or "nothing was checked"
     if interrupted:
         text = style.paint("interrupted", "bold", "yellow") + f"; until then: {text}"
+        if summary.unreached:
+            text += f"; {count(summary.unreached, 'assertion')} without an answer"
+        return f"{text}, in {show_seconds(summary.seconds)}"
     total = sum(summary.verdicts.values())
     if total and not summary.unexpected and summary.verdicts["pass"] != total:
         text += ", all as expected"

@@ -7,10 +7,12 @@ Columns are given for places within one line only: GitHub shows no annotation th
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 
 from cspcheck.checker.verdict import Verdict
 from cspcheck.cspm.diagnostics import Diagnostic
+from cspcheck.quantities import count
 from cspcheck.report.excerpt import last_line
 from cspcheck.report.explanation import explanation
 from cspcheck.report.style import PLAIN, harmless
@@ -50,10 +52,17 @@ class GithubReport:
         text = "\n".join([" ".join(result.assertion.split()), *explanation(result, PLAIN)])
         self._annotate(level, place | {"title": f"assertion: {result.verdict}"}, text)
 
+    def unreached(self, results: Sequence[Result]) -> None:
+        """One annotation for each script, for GitHub shows no more than ten."""
+        numbers = Counter(result.file for result in results)
+        for file, number in numbers.items():
+            text = f"interrupted: {count(number, 'assertion')} not reached"
+            self._annotate("warning", {"file": file, "title": "assertions: unknown"}, text)
+
     def end(self, summary: Summary, *, interrupted: bool = False) -> None:
         """The counts, as a plain line of the log."""
         counts = ", ".join(f"{number} {verdict}" for verdict, number in summary.verdicts.items())
-        self._write(f"cspcheck: {counts}\n")
+        self._write(f"cspcheck: {'interrupted; ' if interrupted else ''}{counts}\n")
 
     def _annotate(self, level: str, properties: dict[str, object], text: str) -> None:
         listed = ",".join(f"{name}={_property(str(value))}" for name, value in properties.items())

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from cspcheck.checker.verdict import BrokenObligation, Counterexample
+from cspcheck.coverage import Coverage
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.result import Result, Summary
 
@@ -36,11 +37,17 @@ class JsonReport:
         self._results.append(result_object(result))
         self.diagnostics(result.diagnostics)
 
+    def unreached(self, results: Sequence[Result]) -> None:
+        """They are unknown."""
+        for result in results:
+            self.result(result)
+
     def end(self, summary: Summary, *, interrupted: bool = False) -> None:
         """Write the document."""
         document = {
             "schema": SCHEMA,
             "version": self._version,
+            "interrupted": interrupted,
             "results": self._results,
             "diagnostics": self._diagnostics,
             "summary": summary.verdicts,
@@ -69,8 +76,15 @@ class JsonLinesReport:
         self._write(json.dumps(result_object(result)) + "\n")
         self.diagnostics(result.diagnostics)
 
+    def unreached(self, results: Sequence[Result]) -> None:
+        """They are unknown."""
+        for result in results:
+            self.result(result)
+
     def end(self, summary: Summary, *, interrupted: bool = False) -> None:
-        """Nothing: every line stands for itself."""
+        """Nothing, since every line stands for itself; but that it is the last one too early is said."""
+        if interrupted:
+            self._write(json.dumps({"interrupted": True}) + "\n")
 
 
 def result_object(result: Result) -> dict[str, Any]:
@@ -101,7 +115,28 @@ def _condition(result: Result) -> dict[str, Any]:
         found["readings"] = list(result.readings)
     if result.control:
         found["view"] = "control"
+    if result.coverage is not None:
+        found["coverage"] = coverage_object(result.coverage)
     return found
+
+
+def coverage_object(coverage: Coverage) -> dict[str, Any]:
+    """What never happened as the schema writes it."""
+    return {
+        "prefixes": coverage.prefixes,
+        "performed": coverage.performed,
+        "never": [
+            {
+                "kind": never.kind,
+                "text": never.text,
+                "why": never.why,
+                "file": never.file or None,
+                "line": never.line or None,
+                "column": never.column or None,
+            }
+            for never in coverage.never
+        ],
+    }
 
 
 def counterexample_object(counterexample: Counterexample) -> dict[str, Any]:

@@ -85,6 +85,11 @@ class JunitReport:
             case.text += "".join(f"\n\n{render_diagnostic(diagnostic, PLAIN)}" for diagnostic in result.diagnostics)
         self._suite(result.file).cases.append(case)
 
+    def unreached(self, results: Sequence[Result]) -> None:
+        """They are unknown."""
+        for result in results:
+            self.result(result)
+
     def end(self, summary: Summary, *, interrupted: bool = False) -> None:
         """Write the document."""
         if self._hostname is None:

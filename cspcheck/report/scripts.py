@@ -37,6 +37,9 @@ class ScriptsReport:
     def result(self, result: Result) -> None:
         """Nothing: no assertion is checked."""
 
+    def unreached(self, results: Sequence[Result]) -> None:
+        """Nothing: no assertion is checked."""
+
     def end(self, summary: Summary, *, interrupted: bool = False) -> None:
         """How many scripts there were."""
         if self._verbosity < 0:
@@ -65,6 +68,9 @@ class ConciseScriptsReport:
             self._write(concise_diagnostic(diagnostic) + "\n")
 
     def result(self, result: Result) -> None:
+        """Nothing: no assertion is checked."""
+
+    def unreached(self, results: Sequence[Result]) -> None:
         """Nothing: no assertion is checked."""
 
     def end(self, summary: Summary, *, interrupted: bool = False) -> None:

@@ -94,7 +94,7 @@ def _on_the_way(counterexample: Counterexample) -> str:
 def _numbered(counterexample: Counterexample) -> list[tuple[str, tuple[str, ...] | None]]:
     """The visible events of the trace, each with what was seen to be refused before it."""
     refusals = counterexample.refusals or (None,) * len(counterexample.trace)
-    return [step for step in zip(counterexample.trace, refusals, strict=True) if step[0] != "tau"]
+    return [step for step in zip(counterexample.trace, refusals, strict=True) if step[0] != counterexample.tau]
 
 
 def _broken(counterexample: Counterexample) -> str:
@@ -172,7 +172,7 @@ def _after(counterexample: Counterexample) -> str:
     steps = len(counterexample.trace)
     if not steps:
         return "at once"
-    hidden = counterexample.trace.count("tau")
+    hidden = counterexample.trace.count(counterexample.tau)
     visible = count(steps - hidden, "event")
     internal = count(hidden, "internal step")
     if not hidden:

@@ -96,13 +96,13 @@ def _rows(result: Result, counterexample: Counterexample, style: Style) -> Itera
     theirs = _Specification(counterexample)
     causes = counterexample.causes or (None,) * len(counterexample.trace)
     for i, (event, cause) in enumerate(zip(counterexample.trace, causes, strict=True)):
-        if event != "tau":
+        if event != counterexample.tau:
             yield from theirs.internal_steps()
         yield _Row(
             str(i + 1),
             harmless(step_text(event, cause)),
             harmless(_actors(counterexample, i)),
-            theirs.step() if event != "tau" else "",
+            theirs.step() if event != counterexample.tau else "",
         )
     yield from theirs.internal_steps()
     if counterexample.event is not None and counterexample.kind in ("trace", "refusal", "nondeterminism"):
@@ -119,13 +119,14 @@ class _Specification:
 
     def __init__(self, counterexample: Counterexample) -> None:
         run = counterexample.specification
-        visible = any(event != "tau" for event in counterexample.trace)
+        visible = any(event != counterexample.tau for event in counterexample.trace)
         self._steps = list(zip(run.trace, run.causes, run.states[1:], strict=True)) if run and visible else []
         self._next = 0
+        self._tau = counterexample.tau
 
     def internal_steps(self) -> Iterator[_Row]:
         """Rows for the taus before the next event."""
-        while self._next < len(self._steps) and self._steps[self._next][0] == "tau":
+        while self._next < len(self._steps) and self._steps[self._next][0] == self._tau:
             event, cause, state = self._steps[self._next]
             self._next += 1
             yield _Row(specification=harmless(f"{step_text(event, cause)}: {state}"))

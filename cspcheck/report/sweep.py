@@ -37,6 +37,11 @@ class Collected:
         self._swept.results.append(result)
         self._swept.diagnostics.extend(result.diagnostics)
 
+    def unreached(self, results: Sequence[Result]) -> None:
+        """They are unknown."""
+        for result in results:
+            self.result(result)
+
     def end(self, summary: Summary, *, interrupted: bool = False) -> None:
         """Nothing: the sweep goes on."""
 
@@ -122,7 +127,7 @@ def _mark(result: Result, style: Style) -> str:
     return (marks if style.unicode else plain)[_look(result)]
 
 
-def document(sweep: Sequence[Swept], version: str) -> str:
+def document(sweep: Sequence[Swept], version: str, *, interrupted: bool = False) -> str:
     """The document of the schema ``cspcheck/1`` with one key more in each result: ``definitions``."""
     results = [
         result_object(result) | {"definitions": swept.definitions} for swept in sweep for result in swept.results
@@ -138,6 +143,7 @@ def document(sweep: Sequence[Swept], version: str) -> str:
             {
                 "schema": SCHEMA,
                 "version": version,
+                "interrupted": interrupted,
                 "results": results,
                 "diagnostics": [
                     diagnostic_object(diagnostic) | {"definitions": swept.definitions}

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any
 
 from cspcheck.cspm.evaluator.comprehensions import collect_processes
-from cspcheck.cspm.evaluator.core import PROCESSES, VALUES, Evaluator, compiles, unwrap
+from cspcheck.cspm.evaluator.core import PROCESSES, VALUES, Evaluator, unwrap
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.evaluator.timed import timed_stop, tocks
 from cspcheck.cspm.process import terms as process
@@ -24,8 +25,8 @@ ProcessCode = Callable[[Env], Process]
 NO_EVENTS = EventSet()
 
 
-@compiles(PROCESSES, syntax.Guard)
-@compiles(VALUES, syntax.Guard)
+@PROCESSES(syntax.Guard)
+@VALUES(syntax.Guard)
 def _guard(evaluator: Evaluator, node: syntax.Guard, frame: Frame) -> ProcessCode:
     condition = evaluator.condition(node.condition, frame)
     body = evaluator.process(node.body, frame)
@@ -48,8 +49,8 @@ def _chain(node: syntax.ProcessBinary) -> list[syntax.Expr]:
     return operands
 
 
-@compiles(PROCESSES, syntax.ProcessBinary)
-@compiles(VALUES, syntax.ProcessBinary)
+@PROCESSES(syntax.ProcessBinary)
+@VALUES(syntax.ProcessBinary)
 def _binary(evaluator: Evaluator, node: syntax.ProcessBinary, frame: Frame) -> ProcessCode:
     timing = frame.timing
     if node.operator in ("[]", "|~|", "|||"):
@@ -65,8 +66,8 @@ def _binary(evaluator: Evaluator, node: syntax.ProcessBinary, frame: Frame) -> P
                 return lambda env: process.SynchronisingChoice(tocks(timing), operands(env))
             return lambda env: process.external_choice(operands(env))
         if timing is not None:
-            return lambda env: _parallel(tocks(timing), operands(env))
-        return lambda env: _parallel(NO_EVENTS, operands(env))
+            return lambda env: _parallel(evaluator, tocks(timing), operands(env))
+        return lambda env: _parallel(evaluator, NO_EVENTS, operands(env))
     left = evaluator.process(node.left, frame)
     right = evaluator.process(node.right, frame)
     match node.operator:
@@ -80,7 +81,7 @@ def _binary(evaluator: Evaluator, node: syntax.ProcessBinary, frame: Frame) -> P
             return lambda env: process.Interrupt(left(env), right(env))
 
 
-def _parallel(events: EventSet, operands: tuple[Process, ...]) -> Process:
+def _parallel(evaluator: Evaluator, events: EventSet, operands: tuple[Process, ...]) -> Process:
     """Parallel composition on one set of events is associative: what is composed in place becomes one level."""
     if any(type(operand) is process.Parallel and operand.events == events for operand in operands):
         flat: list[Process] = []
@@ -90,7 +91,7 @@ def _parallel(events: EventSet, operands: tuple[Process, ...]) -> Process:
             else:
                 flat.append(operand)
         operands = tuple(flat)
-    return process.Parallel(events, operands)
+    return process.Parallel(events, operands, evaluator.channels.table.clocks)
 
 
 def _with_tock(events: Callable[[Env], EventSet], frame: Frame) -> Callable[[Env], EventSet]:
@@ -101,8 +102,8 @@ def _with_tock(events: Callable[[Env], EventSet], frame: Frame) -> Callable[[Env
     return lambda env: events(env) | tocks(timing)
 
 
-@compiles(PROCESSES, syntax.Synchronised)
-@compiles(VALUES, syntax.Synchronised)
+@PROCESSES(syntax.Synchronised)
+@VALUES(syntax.Synchronised)
 def _synchronised(evaluator: Evaluator, node: syntax.Synchronised, frame: Frame) -> ProcessCode:
     left = evaluator.process(node.left, frame)
     right = evaluator.process(node.right, frame)
@@ -110,7 +111,7 @@ def _synchronised(evaluator: Evaluator, node: syntax.Synchronised, frame: Frame)
     events = _with_tock(written, frame)
     match node.operator:
         case "[|":
-            return lambda env: _parallel(events(env), (left(env), right(env)))
+            return lambda env: _parallel(evaluator, events(env), (left(env), right(env)))
         case "[+":
             return lambda env: process.SynchronisingChoice(events(env), (left(env), right(env)))
         case "/+":
@@ -119,8 +120,8 @@ def _synchronised(evaluator: Evaluator, node: syntax.Synchronised, frame: Frame)
             return lambda env: process.Throw(left(env), written(env), right(env))
 
 
-@compiles(PROCESSES, syntax.AlphabetisedParallel)
-@compiles(VALUES, syntax.AlphabetisedParallel)
+@PROCESSES(syntax.AlphabetisedParallel)
+@VALUES(syntax.AlphabetisedParallel)
 def _alphabetised(evaluator: Evaluator, node: syntax.AlphabetisedParallel, frame: Frame) -> ProcessCode:
     left = evaluator.process(node.left, frame)
     right = evaluator.process(node.right, frame)
@@ -128,13 +129,14 @@ def _alphabetised(evaluator: Evaluator, node: syntax.AlphabetisedParallel, frame
     right_events = _with_tock(evaluator.events(node.right_alphabet, frame), frame)
 
     def run(env: Env) -> Process:
-        return process.AlphabetisedParallel((left_events(env), right_events(env)), (left(env), right(env)))
+        alphabets = (left_events(env), right_events(env))
+        return process.AlphabetisedParallel(alphabets, (left(env), right(env)), evaluator.channels.table.clocks)
 
     return run
 
 
-@compiles(PROCESSES, syntax.Hide)
-@compiles(VALUES, syntax.Hide)
+@PROCESSES(syntax.Hide)
+@VALUES(syntax.Hide)
 def _hide(evaluator: Evaluator, node: syntax.Hide, frame: Frame) -> ProcessCode:
     inner = evaluator.process(node.process, frame)
     events = evaluator.events(node.events, frame)
@@ -209,8 +211,8 @@ def _pairs(
     return lambda env: [pair for found in each(env) for pair in found]
 
 
-@compiles(PROCESSES, syntax.Rename)
-@compiles(VALUES, syntax.Rename)
+@PROCESSES(syntax.Rename)
+@VALUES(syntax.Rename)
 def _rename(evaluator: Evaluator, node: syntax.Rename, frame: Frame) -> ProcessCode:
     inner = evaluator.process(node.process, frame)
     pairs = _pairs(evaluator, node.pairs, node.statements, frame)
@@ -229,21 +231,25 @@ def _links(evaluator: Evaluator, found: list[tuple[int, int]], span: Span) -> tu
     return links
 
 
-@compiles(PROCESSES, syntax.LinkedParallel)
-@compiles(VALUES, syntax.LinkedParallel)
+def _link(evaluator: Evaluator, left: Process, pairs: list[tuple[int, int]], right: Process, span: Span) -> Process:
+    return process.LinkedParallel(left, _links(evaluator, pairs, span), right, evaluator.channels.table.clocks)
+
+
+@PROCESSES(syntax.LinkedParallel)
+@VALUES(syntax.LinkedParallel)
 def _linked(evaluator: Evaluator, node: syntax.LinkedParallel, frame: Frame) -> ProcessCode:
     left = evaluator.process(node.left, frame)
     right = evaluator.process(node.right, frame)
     pairs = _pairs(evaluator, node.links, node.statements, frame)
     span = node.span
-    return lambda env: process.LinkedParallel(left(env), _links(evaluator, pairs(env), span), right(env))
+    return lambda env: _link(evaluator, left(env), pairs(env), right(env), span)
 
 
 # --- replicated operators ------------------------------------------------------------------------------------
 
 
-@compiles(PROCESSES, syntax.Replicated)
-@compiles(VALUES, syntax.Replicated)
+@PROCESSES(syntax.Replicated)
+@VALUES(syntax.Replicated)
 def _replicated(evaluator: Evaluator, node: syntax.Replicated, frame: Frame) -> ProcessCode:
     if node.operator == "||":
         return _replicated_alphabetised(evaluator, node, frame)
@@ -280,7 +286,7 @@ def _replicated(evaluator: Evaluator, node: syntax.Replicated, frame: Frame) -> 
         case _:
             events = (lambda env: NO_EVENTS) if timing is None else (lambda env: tocks(timing))
     nothing: ProcessCode = (lambda env: process.SKIP) if timing is None else stop
-    return _joined(events, operands, _parallel, nothing)
+    return _joined(events, operands, partial(_parallel, evaluator), nothing)
 
 
 def _joined(
@@ -337,7 +343,7 @@ def _replicated_links(evaluator: Evaluator, node: syntax.Replicated, frame: Fram
         result: Process = found.pop()[0]
         while found:
             left, pairs = found.pop()
-            result = process.LinkedParallel(left, _links(evaluator, pairs(), span), result)
+            result = _link(evaluator, left, pairs(), result, span)
         return result
 
     return chain
@@ -360,6 +366,6 @@ def _replicated_alphabetised(evaluator: Evaluator, node: syntax.Replicated, fram
         if not found:
             return process.SKIP if timing is None else timed_stop(timing)
         alphabets, operands = zip(*found, strict=True)
-        return process.AlphabetisedParallel(tuple(alphabets), tuple(operands))
+        return process.AlphabetisedParallel(tuple(alphabets), tuple(operands), evaluator.channels.table.clocks)
 
     return run

@@ -126,6 +126,11 @@ class Names:
         """The channel ``tock`` of a Timed section."""
         return self._tocks[id(section)]
 
+    @property
+    def clocks(self) -> frozenset[Symbol]:
+        """The channels that Timed sections use as their ``tock``."""
+        return frozenset(self._tocks.values())
+
     def project(self, instance: Symbol, member: Symbol) -> Symbol:
         """*member*, declared in the module of *instance* or in a module inside it, as seen through *instance*.
 

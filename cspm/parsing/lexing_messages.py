@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from difflib import get_close_matches
 
 from cspcheck.cspm.diagnostics import Diagnostic, Severity, mistake
 from cspcheck.cspm.source import Span
+from cspcheck.cspm.spelling import suggestions
 
 
 def listed(words: Sequence[str], conjunction: str = "or") -> str:
@@ -240,7 +240,7 @@ def name_begins_with_underscore(span: Span) -> Diagnostic:
 )
 def unknown_property(span: Span, words: str, known: Sequence[str]) -> Diagnostic:
     """The words between ``:[`` and ``]`` are none of the *known* ones."""
-    close = get_close_matches(words, known, n=1)
+    close = suggestions(words, known)
     return Diagnostic(
         "CSP120",
         f"unknown property `{words}`",

@@ -3,6 +3,11 @@
 Each channel owns a contiguous range of identifiers in the order of declaration; within it the events are
 ordered by their fields, the first field slowest (mixed radix). So ``{| c |}`` is one range however many events
 it has, and comparing identifiers is comparing events in the order of declaration.
+
+That order is what makes a counterexample canonical, so it must not depend on what was met before. A field of an
+infinite type has no positions that could be counted; its values get places in the order of their values instead
+(:mod:`cspcheck.cspm.process.places`). Only where there is no room left between two of them is an event numbered as it
+is met.
 """
 
 from __future__ import annotations
@@ -10,6 +15,9 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
+
+from cspcheck.cspm.process.places import Places
 
 TAU = 0
 """The internal action."""
@@ -18,7 +26,13 @@ TICK = 1
 FIRST_EVENT = 2
 """The first identifier that a channel can own."""
 UNBOUNDED = 1 << 62
-"""Channels with an infinite field own identifiers from here on, given out as their events are met."""
+"""Identifiers from here on are given out as events are met: those for which there is no place in the order."""
+ROOM = 1 << 55
+"""Identifiers that a channel owns whose events cannot be counted, one of the first :data:`ROOMY` of them."""
+ROOMY = 64
+"""After so many channels of that kind each gets a thousandth of the room."""
+LEAST_PLACES = 1 << 16
+"""A field whose values cannot be counted gets at least so many places."""
 
 
 class FieldDomain:
@@ -39,6 +53,10 @@ class FieldDomain:
     def index(self, value: Hashable) -> int:
         """Position of *value*. Raises KeyError if it is not of the domain."""
         return self._index[value]
+
+    def value(self, position: int) -> Hashable:
+        """The value at a position."""
+        return self.values[position]
 
 
 class RangeDomain(FieldDomain):
@@ -65,7 +83,8 @@ class RangeDomain(FieldDomain):
 class Channel:
     """A declared channel: its name, the domains of its fields (None: infinite) and its range of identifiers.
 
-    ``size`` is None if a field is infinite or the events are more than there are identifiers.
+    ``size`` is None if a field is infinite or the events are more than there are identifiers. Then ``fields`` say
+    where the values of each field lie; it is empty where no identifiers were left for the channel.
     """
 
     name: str
@@ -73,6 +92,7 @@ class Channel:
     domains: tuple[FieldDomain | None, ...]
     base: int
     size: int | None
+    fields: tuple[FieldDomain | Places, ...] = ()
 
     @property
     def arity(self) -> int:
@@ -81,16 +101,30 @@ class Channel:
 
 
 class EventTable:
-    """All events of one script. ``show`` prints a field's value the way the language writes it."""
+    """All events of one script.
 
-    def __init__(self, show: Callable[[Hashable], str] = str) -> None:
+    Args:
+        show: prints a field's value the way the language writes it.
+        order: a key that compares as the values of an infinite field are ordered.
+    """
+
+    def __init__(
+        self, show: Callable[[Hashable], str] = str, order: Callable[[Any], Any] = lambda value: value
+    ) -> None:
         self._show = show
+        self._order = order
         self._channels: list[Channel] = []
         self._bases: list[int] = []
         self._owners: list[Channel] = []
         self._next = FIRST_EVENT
-        self._unbounded: dict[tuple[Channel, tuple[Hashable, ...]], int] = {}
-        self._unbounded_events: list[tuple[Channel, tuple[Hashable, ...]]] = []
+        self.clocks = EventSet()
+        """The events by which time passes: what an operand that can terminate waits with for the others."""
+        self._late: dict[tuple[Channel, tuple[Hashable, ...]], int] = {}
+        self._late_events: list[tuple[Channel, tuple[Hashable, ...]]] = []
+        self.tau = "tau"
+        """How the internal action is written: a word, or the sign where a channel of the script has this name."""
+        self.tick = "tick"
+        """How successful termination is written: a word, or the sign where a channel of the script has this name."""
 
     @property
     def channels(self) -> tuple[Channel, ...]:
@@ -107,15 +141,38 @@ class EventTable:
                 assert domain is not None
                 size *= len(domain)
         if size is not None and self._next + size > UNBOUNDED:
-            # More events than there are identifiers: they get theirs as they are met, like those of an infinite field.
             size = None
-        channel = Channel(name, len(self._channels), tuple(domains), self._next, size)
+        fields: tuple[FieldDomain | Places, ...] = ()
+        room = ROOM if sum(bool(known.fields) for known in self._channels) < ROOMY else ROOM >> 10
+        if size is None and self._next + room <= UNBOUNDED:
+            fields = self._placed(domains, room)
+        channel = Channel(name, len(self._channels), tuple(domains), self._next, size, fields)
         self._channels.append(channel)
-        if size:
+        if owned := room if fields else size:
             self._bases.append(self._next)
             self._owners.append(channel)
-            self._next += size
+            self._next += owned
+        if name == "tau":
+            self.tau = "\N{GREEK SMALL LETTER TAU}"
+        elif name == "tick":
+            self.tick = "\N{CHECK MARK}"
         return channel
+
+    def _placed(self, domains: Sequence[FieldDomain | None], room: int) -> tuple[FieldDomain | Places, ...]:
+        """Where the values of each field lie when not all events can be counted: positions, or places in an order."""
+        places = sum(domain is None for domain in domains)
+        counted = 1
+        found: list[FieldDomain | None] = []
+        for domain in domains:
+            if domain is not None and counted * len(domain) * LEAST_PLACES ** max(places, 1) <= room:
+                counted *= len(domain)
+            elif domain is not None:
+                places, domain = places + 1, None
+            found.append(domain)
+        if not places:
+            return tuple([domain for domain in found if domain is not None])
+        width = 1 << ((room // counted).bit_length() - 1) // places
+        return tuple([Places(width, self._order) if domain is None else domain for domain in found])
 
     def event(self, channel: Channel, fields: Sequence[Hashable] = ()) -> int:
         """Identifier of a complete event. Raises KeyError if a value is outside its field's domain."""
@@ -126,11 +183,12 @@ class EventTable:
                 if domain is not None:
                     domain.index(value)
             key = (channel, tuple(fields))
-            number = self._unbounded.get(key)
+            number = self._late.get(key)
             if number is None:
-                number = UNBOUNDED + len(self._unbounded_events)
-                self._unbounded[key] = number
-                self._unbounded_events.append(key)
+                number = self._place(channel, fields)
+            if number is None:
+                number = self._late[key] = UNBOUNDED + len(self._late_events)
+                self._late_events.append(key)
             return number
         rank = 0
         for domain, value in zip(channel.domains, fields, strict=True):
@@ -138,20 +196,35 @@ class EventTable:
             rank = rank * len(domain) + domain.index(value)
         return channel.base + rank
 
+    def _place(self, channel: Channel, fields: Sequence[Hashable]) -> int | None:
+        """The identifier of an event that cannot be counted; None if it has no place in the order."""
+        rank = 0
+        for where, value in zip(channel.fields, fields, strict=False):
+            position = where.index(value) if isinstance(where, FieldDomain) else where.place(value)
+            if position is None:
+                return None
+            rank = rank * len(where) + position
+        return channel.base + rank if channel.fields else None
+
     def completions(self, channel: Channel, fields: Sequence[Hashable] = ()) -> range:
         """Identifiers of all events of *channel* that start with *fields*.
 
         Raises:
             KeyError: a value is outside its field's domain.
-            OverflowError: the channel has an infinite field, or too many events.
+            OverflowError: the missing fields cannot be counted, or one of *fields* has no place in the order.
         """
-        if channel.size is None:
+        if channel.size is None and not channel.fields:
             raise OverflowError(channel.name)
         rank, width = 0, 1
-        for i, domain in enumerate(channel.domains):
+        for i, domain in enumerate(channel.fields or channel.domains):
             assert domain is not None
             if i < len(fields):
-                rank = rank * len(domain) + domain.index(fields[i])
+                position = domain.place(fields[i]) if isinstance(domain, Places) else domain.index(fields[i])
+                if position is None:
+                    raise OverflowError(channel.name)
+                rank = rank * len(domain) + position
+            elif isinstance(domain, Places):
+                raise OverflowError(channel.name)
             else:
                 width *= len(domain)
         start = channel.base + rank * width
@@ -160,31 +233,28 @@ class EventTable:
     def parts(self, event: int) -> tuple[Channel, tuple[Hashable, ...]]:
         """Channel and field values of a visible event."""
         if event >= UNBOUNDED:
-            return self._unbounded_events[event - UNBOUNDED]
+            return self._late_events[event - UNBOUNDED]
         channel = self._owners[bisect_right(self._bases, event) - 1]
         rank = event - channel.base
         fields: list[Hashable] = []
-        for domain in reversed(channel.domains):
+        for domain in reversed(channel.fields or channel.domains):
             assert domain is not None
             rank, position = divmod(rank, len(domain))
-            fields.append(domain.values[position])
+            fields.append(domain.value(position))
         return channel, tuple(reversed(fields))
 
     def name(self, event: int) -> str:
-        """The event as the language writes it; ``tau`` and ``tick`` are those words."""
+        """The event as the language writes it; ``tau`` and ``tick`` are those words, see :attr:`tau`."""
         if event == TAU:
-            return "tau"
+            return self.tau
         if event == TICK:
-            return "tick"
+            return self.tick
         channel, fields = self.parts(event)
         return ".".join([channel.name, *map(self._show, fields)])
 
     def all_events(self) -> EventSet:
-        """``Events``: every event of every finite channel, and those met so far of the others."""
-        ranges = [(FIRST_EVENT, self._next)] if self._next > FIRST_EVENT else []
-        if self._unbounded_events:
-            ranges.append((UNBOUNDED, UNBOUNDED + len(self._unbounded_events)))
-        return EventSet(ranges)
+        """``Events`` of a script in which every channel has finitely many events."""
+        return EventSet([(channel.base, channel.base + (channel.size or 0)) for channel in self._channels])
 
 
 class EventSet:

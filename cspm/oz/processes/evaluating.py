@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from cspcheck.cspm.evaluator.core import DELAYED, PROCESSES, VALUES, Evaluator, compiles
+from cspcheck.cspm.evaluator.core import DELAYED, PROCESSES, VALUES, Evaluator
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.naming.symbols import Names, Symbol
 from cspcheck.cspm.oz import core
@@ -77,8 +77,8 @@ class WideSet(Set):
         return show_term(self._term)
 
 
-@compiles(VALUES, CarrierSet)
-@compiles(DELAYED, CarrierSet)
+@VALUES(CarrierSet)
+@DELAYED(CarrierSet)
 def _carrier_set(evaluator: Evaluator, node: CarrierSet, frame: Frame) -> Code:
     kept: list[Set] = []
 
@@ -127,8 +127,8 @@ def _converted_member(
     return lambda value: test(scope.frame(), conversion.from_cspm(value, element))
 
 
-@compiles(VALUES, ConstantValue)
-@compiles(DELAYED, ConstantValue)
+@VALUES(ConstantValue)
+@DELAYED(ConstantValue)
 def _constant_value(evaluator: Evaluator, node: ConstantValue, frame: Frame) -> Code:
     def find(env: Env) -> Any:
         value = node.context.evaluator(node.owner).constants[node.name]
@@ -202,8 +202,8 @@ def _range_of(head: ChannelHead, channel: core.Channel | None = None) -> tuple[i
     return numbers.start, numbers.stop
 
 
-@compiles(VALUES, ClassProcess)
-@compiles(PROCESSES, ClassProcess)
+@VALUES(ClassProcess)
+@PROCESSES(ClassProcess)
 def _class_process(evaluator: Evaluator, node: ClassProcess, frame: Frame) -> Callable[[Env], Process]:
     mains = [evaluator.process(main, frame) for main in node.mains]
 
@@ -226,6 +226,7 @@ class Composition:
             assert isinstance(head, ChannelHead)
             heads[name] = (node.model.channels[name], head)
         self.events = _Events(heads, _conversion(evaluator, node, frame))
+        self.clocks = evaluator.channels.table.clocks
         alphabets = Alphabets(names)
         by_symbol = {symbol: name for name, symbol in symbols.items()}
         self.mentioned = [
@@ -275,10 +276,10 @@ class Composition:
     def _beside(self, control: Process, data: Process, synchronised: EventSet) -> Process:
         """The CSP part beside the data part, which terminates when that does."""
         if not self.terminates:
-            return process.Fused(process.Parallel(synchronised, (control, data)))
+            return process.Fused(process.Parallel(synchronised, (control, data), self.clocks))
         done = EventSet.of([self.done])
         ending = process.Sequential(control, process.prefix(self.done, process.SKIP))
-        return process.Fused(process.hide(process.Parallel(synchronised | done, (ending, data)), done))
+        return process.Fused(process.hide(process.Parallel(synchronised | done, (ending, data), self.clocks), done))
 
     def _control(self, mains: Sequence[Process]) -> Process | None:
         """The CSP parts side by side, on the events that they have in common."""
@@ -289,7 +290,7 @@ class Composition:
                 whole = part
             else:
                 common = [name for name in mentioned if name in known]
-                whole = process.Parallel(self.events.all(common), (whole, part))
+                whole = process.Parallel(self.events.all(common), (whole, part), self.clocks)
             known.update(mentioned)
         return whole
 
@@ -297,15 +298,15 @@ class Composition:
 # --- joining classes -------------------------------------------------------------------------------------------------
 
 
-@compiles(VALUES, syntax.ClassParallel)
-@compiles(PROCESSES, syntax.ClassParallel)
+@VALUES(syntax.ClassParallel)
+@PROCESSES(syntax.ClassParallel)
 def _class_parallel(evaluator: Evaluator, node: syntax.ClassParallel, frame: Frame) -> Callable[[Env], Process]:
     left, right = evaluator.process(node.left, frame), evaluator.process(node.right, frame)
     common = shared_channels(evaluator.names, node)
 
     def join(env: Env) -> Process:
         shared = EventSet([_range_of(_channel(frame, symbol)) for symbol in common])
-        return process.Parallel(shared, (left(env), right(env)))
+        return process.Parallel(shared, (left(env), right(env)), evaluator.channels.table.clocks)
 
     return join
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -114,7 +115,8 @@ def test_an_interrupt_prints_what_was_finished(scripts: Scripts, capsys: pytest.
     assert run(["a.csp", "b.csp"]) == 130
     out, err = capsys.readouterr()
     assert out.startswith("a.csp\n✓ P ")
-    assert "\ninterrupted; until then: 1 pass, in " in out
+    assert "\n? Q " in out
+    assert "\nnot reached: a.csp (1)\n\ninterrupted; until then: 1 pass; 2 assertions without an answer, in " in out
     assert "R" not in out
     assert err == ""
 
@@ -123,7 +125,81 @@ def test_an_interrupted_document_is_whole(scripts: Scripts, capsys: pytest.Captu
     scripts(a={"P": PASS, "Q": KeyboardInterrupt()})
 
     assert run(["a.csp", "--format", "json"]) == 130
-    assert [result["assertion"] for result in json.loads(capsys.readouterr().out)["results"]] == ["P"]
+    document = json.loads(capsys.readouterr().out)
+    assert document["interrupted"] is True
+    assert [(result["assertion"], result["verdict"], result["reason"]) for result in document["results"]] == [
+        ("P", "pass", None),
+        ("Q", "unknown", "interrupted"),
+    ]
+
+
+UNREACHED = """\
+include "part.csp"
+assert STOP [T= STOP
+-- expect: fail
+assert STOP :[deadlock free]
+Timed { assert SKIP :[deadlock free] }
+"""
+
+
+class TestUnreached:
+    """An interrupted run tells every selected assertion that it has not come to, so that no report looks complete."""
+
+    @pytest.fixture(autouse=True)
+    def _interrupted(self, scripts: Scripts) -> None:
+        scripts(a={"P": PASS, "Q": KeyboardInterrupt(), "R": PASS})
+        Path("b.csp").write_text(UNREACHED)
+        Path("part.csp").write_text("assert RUN({}) :[divergence free]\n")
+        Path("broken.csp").write_text("P = = STOP\n")
+
+    def told(self, capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+        assert run(["a.csp", "b.csp", "broken.csp", "no_such_file.csp", *arguments]) == 130
+        out, err = capsys.readouterr()
+        assert err == ""
+        return out
+
+    def test_in_json(self, capsys: pytest.CaptureFixture[str]) -> None:
+        document = json.loads(self.told(capsys, "--format", "json"))
+        assert document["summary"] == {"pass": 1, "fail": 0, "unknown": 6, "error": 0}
+        found = [(r["file"], r["line"], r["assertion"], r["verdict"], r["expected"]) for r in document["results"][1:]]
+        assert found == [
+            ("a.csp", 1, "Q", "unknown", "pass"),
+            ("a.csp", 1, "R", "unknown", "pass"),
+            ("part.csp", 1, "RUN({}) :[divergence free]", "unknown", "pass"),
+            ("b.csp", 2, "STOP [T= STOP", "unknown", "pass"),
+            ("b.csp", 4, "STOP :[deadlock free]", "unknown", "fail"),
+            ("b.csp", 5, "SKIP :[deadlock free]", "unknown", "pass"),
+        ]
+        assert {result["reason"] for result in document["results"][1:]} == {"interrupted"}
+
+    def test_only_what_is_selected(self, capsys: pytest.CaptureFixture[str]) -> None:
+        document = json.loads(self.told(capsys, "--format", "json", "--assert", "Q", "--assert", "SKIP"))
+        assert [result["assertion"] for result in document["results"]] == ["Q", "SKIP :[deadlock free]"]
+
+    def test_in_junit(self, capsys: pytest.CaptureFixture[str]) -> None:
+        root = ET.fromstring(self.told(capsys, "--format", "junit"))
+        counts = {s.get("name"): (s.get("tests"), s.get("failures"), s.get("errors")) for s in root}
+        assert counts == {"a.csp": ("3", "0", "2"), "b.csp": ("3", "0", "3"), "part.csp": ("1", "0", "1")}
+        assert {error.get("type") for error in root.iter("error")} == {"unknown"}
+
+    def test_in_lines(self, capsys: pytest.CaptureFixture[str]) -> None:
+        *results, last = map(json.loads, self.told(capsys, "--format", "jsonl").splitlines())
+        assert [result["verdict"] for result in results] == ["pass", *["unknown"] * 6]
+        assert last == {"interrupted": True}
+
+    def test_in_concise_and_github(self, capsys: pytest.CaptureFixture[str]) -> None:
+        assert self.told(capsys, "--format", "concise").splitlines()[-1] == (
+            "b.csp:5: unknown: SKIP :[deadlock free] -- interrupted"
+        )
+        lines = self.told(capsys, "--format", "github").splitlines()
+        assert lines[1:3] == [
+            "::warning file=a.csp,title=assertions%3A unknown::interrupted: 1 assertion not reached",
+            "::warning file=part.csp,title=assertions%3A unknown::interrupted: 1 assertion not reached",
+        ]
+        assert lines[-1] == "cspcheck: interrupted; 1 pass, 0 fail, 6 unknown, 0 error"
+
+    def test_for_people(self, capsys: pytest.CaptureFixture[str]) -> None:
+        assert "\nnot reached: a.csp (1), part.csp (1), b.csp (3)\n" in self.told(capsys)
 
 
 def test_a_mistake_of_ours_is_reported_and_does_not_stop_the_others(

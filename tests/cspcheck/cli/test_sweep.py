@@ -134,7 +134,7 @@ class TestDocument:
             ({"N": n, "M": "2"}, verdict, 2 * int(n) + 1) for n in "123" for verdict in ("pass", "fail")
         ]
         assert document["summary"] == {"pass": 3, "fail": 3, "unknown": 0, "error": 0}
-        assert list(document) == ["schema", "version", "results", "diagnostics", "summary"]
+        assert list(document) == ["schema", "version", "interrupted", "results", "diagnostics", "summary"]
 
     def test_it_goes_to_a_file(self, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
         run(["sweep", "count.csp", "-D", "N=1,true", "--format", "json", "-o", "out.json"])

@@ -48,7 +48,7 @@ class TestJson:
         assert "".join(pieces) == snapshot
 
     def test_the_keys_and_their_order(self, document: dict[str, Any]) -> None:
-        assert list(document) == ["schema", "version", "results", "diagnostics", "summary"]
+        assert list(document) == ["schema", "version", "interrupted", "results", "diagnostics", "summary"]
         assert document["schema"] == "cspcheck/1"
         assert list(document["summary"]) == ["pass", "fail", "unknown", "error"]
         for result in document["results"]:
