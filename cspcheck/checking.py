@@ -7,7 +7,7 @@ import os
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal, Protocol
 
 from cspcheck.checker.budget import OUT_OF_MEMORY, why
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from cspcheck.checker.check import Checker
     from cspcheck.checker.lts import Lts
     from cspcheck.checker.search.exploration import Progress
+    from cspcheck.coverage import Coverage
     from cspcheck.cspm.process.terms import Process
     from cspcheck.cspm.script import Assertion, Script
     from cspcheck.cspm.syntax import tree as syntax
@@ -47,6 +48,7 @@ class Settings:
         view: classes with their ``data``, or in the ``control`` view without; None: as the script says.
         outputs: who chooses the outputs of classes: ``demonic`` (the class) or ``angelic`` (its environment).
         include_roots: folders, beside that of each script, from below which files may be included.
+        coverage: whether what never happens in a check that passes is looked for.
     """
 
     limits: Limits = field(default_factory=Limits)
@@ -57,6 +59,7 @@ class Settings:
     view: Literal["data", "control"] | None = None
     outputs: Literal["demonic", "angelic"] = "demonic"
     include_roots: tuple[str, ...] = ()
+    coverage: bool = False
 
 
 class Watch(Protocol):
@@ -141,6 +144,7 @@ def load(path: str, settings: Settings) -> Script:
                 typecheck=settings.typecheck,
                 semantics=Semantics(settings.view, settings.outputs),
                 include_roots=settings.include_roots,
+                recording=settings.coverage,
             )
     except Stopped as stopped:
         raise ScriptError(too_much_to_read(path, why(guard, settings.limits, stopped))) from None
@@ -186,6 +190,18 @@ class GuardedChecker:
         self._checker = None
         release_memory()
         return _nothing(Verdict.UNKNOWN, reason, time.perf_counter() - start)
+
+    def coverage(self, assertion: Assertion) -> Coverage | None:
+        """What never happened in a check that passed; None where that takes more than the limits allow."""
+        from cspcheck.coverage import coverage
+
+        try:
+            with Guard(self._settings.limits.seconds, self._settings.limits.memory_bytes):
+                return coverage(self._own, self._ready(), replace(assertion, node=self._here(assertion.node)))
+        except (Stopped, MemoryError):
+            self._checker = None
+            release_memory()
+            return None
 
     def lts(self, process: Process) -> Lts:
         """The explicit machine of a process: see :meth:`cspcheck.checker.check.Checker.lts`.
@@ -260,6 +276,13 @@ def check(checker: GuardedChecker, assertion: Assertion, clock: Callable[[], flo
         return unanswered(assertion, error.diagnostics, clock() - start)
     except MemoryError:
         return answer(assertion, _nothing(Verdict.UNKNOWN, OUT_OF_MEMORY, clock() - start))
+
+
+def covered(checker: GuardedChecker, assertion: Assertion, result: Result) -> Result:
+    """The result with what never happened in it, where its verdict is ``pass`` and the script was loaded for that."""
+    if result.verdict is not Verdict.PASS:
+        return result
+    return replace(result, coverage=checker.coverage(assertion))
 
 
 def unanswered(assertion: Assertion, diagnostics: Sequence[Diagnostic], seconds: float = 0.0) -> Result:
