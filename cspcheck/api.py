@@ -47,7 +47,7 @@ def load(
     Raises:
         ScriptError: the file cannot be read, or there is an error in the script; ``diagnostics`` says what and where.
     """
-    roots = tuple(map(os.fspath, include_roots))
+    roots = tuple([os.fspath(root) for root in include_roots])
     settings = checking.Settings(typecheck=typecheck, view=view, outputs=outputs, include_roots=roots)
     return load_with(os.fspath(path), settings, definitions or {})
 

@@ -1,4 +1,4 @@
-"""The solver is a process of its own: whatever becomes of it, there is an answer, and the next question has one, too."""
+"""The solver is a process of its own: whatever becomes of it, there is an answer, and the next question has one."""
 
 from __future__ import annotations
 
