@@ -8,7 +8,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Literal
 
 from cspcheck.checker.verdict import DEFAULT_MODELS, Counterexample, Outcome, Verdict
-from cspcheck.cspm.diagnostics import Diagnostic, Severity
+from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.syntax import tree as syntax
 
 if TYPE_CHECKING:
@@ -237,8 +237,3 @@ class Summary:
         """Count a script that could not be loaded."""
         self.verdicts["error"] += 1
         self.unexpected += 1
-
-
-def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
-    """Whether one of them stops its script from being used."""
-    return any(diagnostic.severity is Severity.ERROR for diagnostic in diagnostics)
