@@ -31,7 +31,7 @@ from cspcheck.cspm.printing.printer import print_assertion, print_expression
 from cspcheck.cspm.process import terms as process
 from cspcheck.cspm.process.events import EventSet
 from cspcheck.cspm.process.terms import Process, Reference
-from cspcheck.cspm.script import Script
+from cspcheck.cspm.script import Assertion as ScriptAssertion, Script
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.syntax.tree import Declaration, Expr, Name, Node
 from cspcheck.cspm.values.dots import Dotted
@@ -77,7 +77,8 @@ class _Export:
 
     def whole(self, title: str) -> Exported:
         """The script, with a comment at the top."""
-        kept, dropped = [], []
+        kept: list[ScriptAssertion] = []
+        dropped: list[ScriptAssertion] = []
         for assertion in self.script.assertions:
             (dropped if isinstance(_claim(assertion.node), _OF_CLASSES) else kept).append(assertion)
         declarations = list(flat(self.script.tree.declarations))
