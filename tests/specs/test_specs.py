@@ -1,7 +1,6 @@
 """The exhibits: every script in specs/ gives the verdicts that it announces, with these very counts."""
 
 from __future__ import annotations
-from cspcheck.cspm.oz.processes.classes import specification_of
 
 from pathlib import Path
 
@@ -9,6 +8,7 @@ import pytest
 
 import cspcheck
 from cspcheck.checker.semantics.transitions import explore
+from cspcheck.cspm.oz.processes.classes import specification_of
 from tests.specs.table import BEGIN, SPECS, as_it_should_be, readmes, results, scripts, systems, without_times
 
 SCRIPTS = scripts(SPECS)
