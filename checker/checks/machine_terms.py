@@ -23,6 +23,7 @@ from cspcheck.checker.semantics.machine_states import ExplicitMachine
 from cspcheck.checker.semantics.transitions import Semantics
 from cspcheck.checker.verdict import Limits
 from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.interruption import during
 from cspcheck.cspm.process.terms import Compressed, External, MachineState, Prioritised, Process
 from cspcheck.cspm.recursion import deep_recursion
 
@@ -110,8 +111,10 @@ class MachineTerms:
             if budget.is_over():
                 raise
             return None
-        budget.check_time(f"compressing a component of {lts.states:,} states")
-        machine = ExplicitMachine(_reduced(term, lts), term)
+        name = term.function if isinstance(term, (Compressed, External)) else "prioritise"
+        with during(f"applying `{name}` to a component of {lts.states:,} states"):
+            budget.check_time()
+            machine = ExplicitMachine(_reduced(term, lts), term)
         return machine.term(machine.lts.root)
 
 

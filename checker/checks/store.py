@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any, Literal
 
 from cspcheck.checker.budget import Budget, Incomplete, coverage
@@ -30,6 +29,7 @@ from cspcheck.checker.specification.lazy import LazySpecification
 from cspcheck.checker.specification.normal_form import NormalForm, Semantics
 from cspcheck.checker.specification.normalisation import is_deterministic, normalise
 from cspcheck.checker.specification.normaliser import Normaliser
+from cspcheck.cspm.interruption import during
 from cspcheck.cspm.process.terms import Process
 
 Aim = Literal["everything", "deadlock", "deadlock or divergence", "divergence"]
@@ -103,7 +103,8 @@ class Machines:
         key = ("packed", process, original)
         found: PackedNetwork | None = self._find(key)
         if found is None:
-            found = pack(self.network(process, budget, original=original))
+            with during("building the machine of the process", vague=True):
+                found = pack(self.network(process, budget, original=original))
             if not original and not found.network.is_compressed:
                 self._keep(("packed", process, True), found, 0)
             self._keep(key, found, 0)
@@ -129,7 +130,7 @@ class Machines:
             if terms is not None and (limits.states is None or terms < limits.states):
                 limits = replace(limits, states=terms)
             try:
-                found = compiler.network(process, limits, partial(_poll, budget))
+                found = compiler.network(process, limits, lambda _: budget.check_time())
             except LimitReached as reached:
                 raise Incomplete(budget.too_many_terms(reached), reached.states, endless=True) from None
             self._keep(key, found, 0)
@@ -143,7 +144,8 @@ class Machines:
         They share nothing with these, so that nothing of the rest is taken for what it is not.
         """
         most = states if budget.limits.states is None else min(states, budget.limits.states)
-        found = beginning(process, most, lambda _: budget.check_time("looking at the beginning of the process"))
+        with during("looking at the beginning of the process"):
+            found = beginning(process, most, lambda _: budget.check_time())
         return self._of_part(process, found.machine), found.levels
 
     def along(
@@ -179,9 +181,8 @@ class Machines:
             Incomplete: a limit was reached.
             LimitReached: a component has more states than the limit.
         """
-        poll = partial(_poll, budget)
         exploration = explore(
-            pack(compiler.network(process, budget.limits, poll)),
+            pack(compiler.network(process, budget.limits, lambda _: budget.check_time())),
             limits=budget.remaining(),
             workers=self.workers,
             look_for_divergence=False,
@@ -285,7 +286,8 @@ class Machines:
                     exploration.levels[-1],
                     exploration.transitions,
                 )
-            found = exploration.to_lts()
+            with during(f"listing the {exploration.levels[-1]:,} states of a machine"):
+                found = exploration.to_lts()
             self._keep(key, found, needed)
         budget.used(found.offsets.nbytes + found.labels.nbytes + found.targets.nbytes)
         return found
@@ -318,12 +320,13 @@ class Machines:
                 return LazySpecification(
                     process, model, alphabet, most, incomplete, lambda: budget.check_time("exploring the specification")
                 )
-            if is_deterministic(lts):
-                found = normalise(lts, model, minimise=not self.full)
-            elif self.full:
-                found = Normaliser(lts, model)
-            else:
-                found = _whole_or_lazy(lts, model, budget)
+            with during("normalising the specification"):
+                if is_deterministic(lts):
+                    found = normalise(lts, model, minimise=not self.full)
+                elif self.full:
+                    found = Normaliser(lts, model)
+                else:
+                    found = _whole_or_lazy(lts, model, budget)
             self._keep(key, found, _size(found))
         budget.used(_size(found))
         return found
@@ -402,17 +405,13 @@ class Machines:
                 del self._kept[old]
 
 
-def _poll(budget: Budget, states: int) -> None:
-    budget.check_time(f"exploring a component of the process, {states:,} states of it so far")
-
-
 class _TooManyNodes(Exception):
     """A normal form is not worth having as a whole."""
 
 
 def _whole_or_lazy(lts: Lts, model: Semantics, budget: Budget) -> NormalForm | Normaliser:
     def poll(nodes: int) -> None:
-        budget.check_time("normalising the specification")
+        budget.check_time()
         if nodes > WHOLE_NORMAL_FORM:
             raise _TooManyNodes
 

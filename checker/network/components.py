@@ -14,10 +14,12 @@ from functools import partial
 import numpy as np
 
 from cspcheck.checker.lts import Lts, machine, reachable
+from cspcheck.checker.semantics.growth import so_far
 from cspcheck.checker.semantics.machine_states import ExplicitMachine
 from cspcheck.checker.semantics.parallel import waits
 from cspcheck.checker.semantics.steps import Row, Step
 from cspcheck.checker.semantics.transitions import Explored, MoreStates, Poll, Semantics, breadth_first
+from cspcheck.cspm.interruption import during
 from cspcheck.cspm.process.events import TAU, TICK, EventSet
 from cspcheck.cspm.process.terms import NO_EVENTS, SKIP, MachineState, Process
 
@@ -125,8 +127,10 @@ class Machines:
             met = self._too_big.get(key, [])
             if len(met) >= most:
                 raise MoreStates(met[:most])
+            terms: list[Process] = []
             try:
-                found = self._known[key] = breadth_first(state, successors, most, self.poll)
+                with during(partial(so_far, terms, self._semantics.heads)):
+                    found = self._known[key] = breadth_first(state, successors, most, self.poll, terms)
             except MoreStates as more:
                 self._too_big[key] = more.terms[:REMEMBERED]
                 raise
