@@ -27,6 +27,7 @@ VERBS = {
     "trace": "Say whether a recorded run is a trace of a process.",
     "explain": "Say what an error code means, with an example and its repair.",
     "examples": "List, print or copy the examples that come with cspcheck.",
+    "lsp": "Serve an editor: diagnostics, navigation, checks (LSP).",
     "completion": "Print the completion script for a shell.",
 }
 """The verbs with what ``--help`` says of them, so that it need not import them."""
