@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from cspcheck.checker.search.exploration import Progress
     from cspcheck.cspm.script import Assertion, Script
 
+SMALL = 30
+"""The states of a machine that is drawn beside its verdict."""
 STDIN_NAME = "<stdin>"
 _NOT_SCRIPTS = (".pdf", ".json", ".xml", ".md", ".py")
 MEMORY_SHARE = 0.8
@@ -39,6 +41,7 @@ class Settings:
         view: classes with their ``data``, or in the ``control`` view without; None: as the script says.
         outputs: who chooses the outputs of classes: ``demonic`` (the class) or ``angelic`` (its environment).
         coverage: whether what never happens in a check that passes is looked for.
+        machines: whether results have pictures of machines that are small.
     """
 
     limits: Limits = field(default_factory=Limits)
@@ -49,6 +52,7 @@ class Settings:
     view: Literal["data", "control"] | None = None
     outputs: Literal["demonic", "angelic"] = "demonic"
     coverage: bool = False
+    machines: bool = False
 
 
 class Watch(Protocol):
@@ -177,6 +181,19 @@ def covered(script: Script, checker: Checker, assertion: Assertion, result: Resu
     from cspcheck.coverage import coverage
 
     return replace(result, coverage=coverage(script, checker, assertion))
+
+
+def drawn(script: Script, result: Result) -> Result:
+    """The result with a picture of the machine of its process, if that has no more than ``SMALL`` states."""
+    if not result.process or not 0 < result.states <= SMALL:
+        return result
+    from cspcheck.drawing import parts, svg
+
+    try:
+        picture = parts.machine(result.process, script.process(result.process), script.events, SMALL)
+    except ScriptError:
+        return result
+    return replace(result, machine=svg.render(picture))
 
 
 def unanswered(assertion: Assertion, diagnostics: Sequence[Diagnostic], seconds: float = 0.0) -> Result:

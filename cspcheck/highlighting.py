@@ -73,7 +73,7 @@ OPERATORS = (
 )  # fmt: skip
 
 
-class CspmLexer(RegexLexer):
+class CspmLexer(RegexLexer):  # type: ignore[misc]
     """CSPm scripts, with CSP-OZ classes in the text notation."""
 
     name = "CSPm"

@@ -46,7 +46,7 @@ async def session(folder: Path) -> dict[str, object]:
     try:
         await client.initialize_async(types.InitializeParams(types.ClientCapabilities(), root_uri=folder.as_uri()))
         client.initialized(types.InitializedParams())
-        item = types.TextDocumentItem(uri, types.LanguageKind("cspm"), 1, TEXT)
+        item = types.TextDocumentItem(uri, "cspm", 1, TEXT)
         client.text_document_did_open(types.DidOpenTextDocumentParams(item))
         found["at first"] = await client.told.get()
         document = types.TextDocumentIdentifier(uri)
