@@ -19,7 +19,7 @@ from cspcheck.checker.explain.replay import ReplayFailure
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.search.exploration import Progress
 from cspcheck.checker.specification.normal_form import FailuresModel, Semantics
-from cspcheck.checker.verdict import Limits, Outcome, Verdict
+from cspcheck.checker.verdict import DEFAULT_MODELS, Limits, Outcome, Verdict
 from cspcheck.cspm.process.events import EventSet, EventTable
 from cspcheck.cspm.process.terms import Prioritised, Process
 from cspcheck.cspm.syntax.tree import (
@@ -41,12 +41,6 @@ if TYPE_CHECKING:
 
 _FAILURES: dict[Model, FailuresModel] = {"F": "F", "FD": "FD", "V": "F", "VD": "FD", "R": "F", "RD": "FD"}
 """What deadlock freedom and determinism look at in each model: richer models tell no more of them than failures do."""
-_DEFAULT_MODELS: dict[PropertyKind, Model] = {
-    "deadlock free": "FD",
-    "divergence free": "FD",
-    "deterministic": "FD",
-    "has trace": "T",
-}
 
 
 class Checker:
@@ -114,7 +108,7 @@ class Checker:
             outcome = self.check_refinement(specification, assertion.model, implementation, budget)
             return self._within_readings(outcome, implementation, specification, budget, traces=assertion.model == "T")
         if isinstance(assertion, Property):
-            model = assertion.model or _DEFAULT_MODELS[assertion.kind]
+            model = assertion.model or DEFAULT_MODELS[assertion.kind]
             trace = () if assertion.trace is None else self._script.trace(assertion.trace)
             process = self._process(assertion.process, assertion.options)
             outcome = self.check_property(process, assertion.kind, model, trace, budget)
@@ -182,7 +176,7 @@ class Checker:
             budget: the limits, running; by default the checker's, from now.
         """
         budget = budget or Budget(self._limits)
-        model = model or _DEFAULT_MODELS[kind]
+        model = model or DEFAULT_MODELS[kind]
         if kind == "divergence free":
             return self._answered(budget, process, lambda context: divergence_free(context, process))
         if kind == "has trace":

@@ -18,7 +18,6 @@ from cspcheck.checker.packing.layout import Field
 from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.search.walk import CHUNK
 from cspcheck.checker.semantics.derivation import NotDerivable, derive
-from cspcheck.checker.semantics.head_normal import active
 from cspcheck.checker.semantics.steps import Row, Step
 from cspcheck.checker.semantics.transitions import Semantics
 from cspcheck.cspm.process.events import TAU, TICK
@@ -198,13 +197,13 @@ class _Tracer:
             part, event, after = step
             if isinstance(part, Prefix):
                 self._found.performed.add((part, event))
-            operands = active(part)
+            operands = part.active()
             if operands:
                 todo += [(operands[i], *premise) for i, premise in self._premises(part, event, after)]
 
     def _premises(self, term: Process, event: int, after: Process) -> list[tuple[int, Step]]:
         """The steps of operands that a step can be made of."""
-        rows = [self._semantics.transitions(operand) for operand in active(term)]
+        rows = [self._semantics.transitions(operand) for operand in term.active()]
 
         def gives(chosen: list[Row]) -> bool:
             return (event, after) in self._semantics.applied(term, chosen)
@@ -239,5 +238,5 @@ class _Tracer:
             if isinstance(current, Prefix):
                 found.update((current, event) for event, _ in current.branches)
             changing = changing or isinstance(current, _CHANGING)
-            todo.extend(active(current))
+            todo.extend(current.active())
         return found, changing
