@@ -166,7 +166,7 @@ class Session:
                 try:
                     result = check(checker, assertion)
                     if self._settings.coverage:
-                        result = covered(script, checker, assertion, result)
+                        result = covered(checker, assertion, result)
                     if self._settings.machines:
                         result = drawn(script, result)
                     code = exit_of(result)
