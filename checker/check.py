@@ -81,7 +81,8 @@ class Checker:
         self._machines = Machines(
             workers=workers or os.cpu_count() or 1,
             full=full,
-            reduces=not as_written,
+            # Whoever limits the states of a machine speaks of the machine that the script has.
+            reduces=not as_written and limits.states is None,
             kept_bytes=kept,
             progress=progress,
             notify=notify,
@@ -245,7 +246,7 @@ class Checker:
             check: does it.
             length: for ``has trace`` the number of events, which the beginning may tell all about.
         """
-        if subject is not None and not self._machines.full:
+        if subject is not None and not self._machines.full and budget.limits.states is None:
             for states in EARLY:
                 try:
                     self._machines.network(subject, budget, terms=states)
