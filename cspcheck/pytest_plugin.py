@@ -171,6 +171,7 @@ class ScriptFile(pytest.File):
         """One item for each assertion; a second one with the same text has its line in its name."""
         from cspcheck.checking import load
         from cspcheck.cspm.diagnostics import ScriptError
+        from cspcheck.report.style import harmless
 
         name = _shown(self.path)
         try:
@@ -183,7 +184,7 @@ class ScriptFile(pytest.File):
             self.warn(ScriptWarning(_render([warning], None)))
         names: set[str] = set()
         for assertion in self._loaded.assertions:
-            name = " ".join(assertion.text.split())
+            name = harmless(" ".join(assertion.text.split()))
             if name in names:
                 name = f"{name} (line {assertion.span.line})"
             names.add(name)
@@ -217,9 +218,9 @@ class AssertionItem(pytest.Item):
         """What the command line shows, also for a mistake of ours."""
         if isinstance(excinfo.value, NotAsExpected):
             from cspcheck.report.full import explain
-            from cspcheck.report.style import Style
+            from cspcheck.report.style import Style, unobeyed
 
-            return explain(excinfo.value.result, Style(color=_has_color(self.config)))
+            return unobeyed(explain(excinfo.value.result, Style(color=_has_color(self.config))))
         if isinstance(excinfo.value, Exception):
             return _internal(excinfo.value, f"checking `{self.name}`", self.config)
         return super().repr_failure(excinfo, style)
@@ -255,9 +256,9 @@ def _has_color(config: pytest.Config) -> bool:
 
 def _render(diagnostics: Any, config: pytest.Config | None) -> str:
     from cspcheck.report.diagnostics import render_diagnostics
-    from cspcheck.report.style import Style
+    from cspcheck.report.style import Style, unobeyed
 
-    return render_diagnostics(diagnostics, Style(color=config is not None and _has_color(config))).rstrip()
+    return unobeyed(render_diagnostics(diagnostics, Style(color=config is not None and _has_color(config))).rstrip())
 
 
 def _internal(error: Exception, doing: str, config: pytest.Config) -> str:

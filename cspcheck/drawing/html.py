@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from html import escape
+from cspcheck.drawing.text import escape
 
 PAGE = """<!doctype html>
 <html lang="en">

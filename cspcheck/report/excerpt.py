@@ -48,12 +48,10 @@ class _Line:
     @classmethod
     def of(cls, source: Source, number: int) -> _Line:
         raw = harmless(source.line_text(number))
-        shown, starts = "", []
+        starts = [0]
         for character in raw:
-            starts.append(columns(shown))
-            shown += TAB if character == "\t" else character
-        starts.append(columns(shown))
-        return cls(number, shown, starts)
+            starts.append(starts[-1] + (len(TAB) if character == "\t" else columns(character)))
+        return cls(number, raw.replace("\t", TAB), starts)
 
     def column(self, character: int) -> int:
         """Where the character with this number (from 1) is shown; a place behind the line counts as its end."""

@@ -9,7 +9,7 @@ from cspcheck.checker.verdict import Verdict
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.quantities import show_seconds
 from cspcheck.report.json import SCHEMA, diagnostic_object, result_object
-from cspcheck.report.style import Style, columns, harmless, pad
+from cspcheck.report.style import Style, columns, harmless, pad, unobeyed
 from cspcheck.result import Result, Summary
 from cspcheck.sweeping import Swept
 
@@ -60,7 +60,7 @@ def table(sweep: Sequence[Swept], names: Sequence[str], style: Style) -> str:
             file = key[0]
             parts.append(style.paint(harmless(file), "bold"))
         parts.append("\n".join(_one(key, sweep, names, style)))
-    return "\n\n".join(parts) + "\n" if parts else ""
+    return unobeyed("\n\n".join(parts) + "\n") if parts else ""
 
 
 def _key(result: Result) -> Key:
@@ -68,7 +68,7 @@ def _key(result: Result) -> Key:
 
 
 def _one(key: Key, sweep: Sequence[Swept], names: Sequence[str], style: Style) -> Iterable[str]:
-    heads = [*names, "", "verdict", "states", "transitions", "time"]
+    heads = [*map(harmless, names), "", "verdict", "states", "transitions", "time"]
     rows: list[list[str]] = []
     reasons: list[str] = []
     looks: list[str] = []
