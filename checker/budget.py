@@ -2,15 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from cspcheck.checker.verdict import Counterexample, Limits, Outcome, Verdict
+from cspcheck.cspm.diagnostics import Diagnostic
 
-if TYPE_CHECKING:
-    from cspcheck.checker.search.exploration import Exploration
-    from cspcheck.checker.semantics.growth import LimitReached
+
+class Covered(Protocol):
+    """What is said of an exploration that ran into a limit: the limit, and the depth and states that it got to."""
+
+    @property
+    def stop(self) -> str | None:
+        """The limit that ended it: ``states``, ``seconds``, ``memory``; None if none did."""
+
+    @property
+    def depth(self) -> int:
+        """The last depth, in visible events, whose states were all met."""
+
+    @property
+    def levels(self) -> Sequence[int]:
+        """How many states there were up to each depth."""
 
 
 class Incomplete(Exception):
@@ -88,7 +102,7 @@ class Budget:
         if self.is_over():
             raise Incomplete(f"{_reached('seconds', self.limits)} while {doing}")
 
-    def shortfall(self, exploration: Exploration, nothing: str) -> str:
+    def shortfall(self, exploration: Covered, nothing: str) -> str:
         """Why an exploration without a result is no proof, and what it covered.
 
         Args:
@@ -109,12 +123,12 @@ class Budget:
         """``memory limit of 8 GiB reached``."""
         return _reached("memory", self.limits)
 
-    def reached(self, exploration: Exploration) -> str:
+    def reached(self, exploration: Covered) -> str:
         """The limit that ended an exploration: ``state limit of 1,000 reached``."""
         return _reached(exploration.stop, self.limits)
 
 
-def coverage(exploration: Exploration) -> str:
+def coverage(exploration: Covered) -> str:
     """``1,000 states explored to depth 7``; depth counts visible events."""
     states = int(exploration.levels[-1])
     if states == 0:
@@ -142,3 +156,17 @@ def _bytes(number: int) -> str:
             break
         size /= 1024
     return f"{size:g} {unit}" if size == int(size) else f"{size:.1f} {unit}"
+
+
+class LimitReached(Exception):
+    """There are more states than the limit allows; the verdict of what depends on it is ``unknown``.
+
+    Attributes:
+        diagnostic: CSP503 to CSP505: which definition, and what grows.
+        states: how many states were found.
+    """
+
+    def __init__(self, diagnostic: Diagnostic, states: int) -> None:
+        self.diagnostic = diagnostic
+        self.states = states
+        super().__init__(diagnostic.message)

@@ -99,7 +99,7 @@ class Checker:
         classes = self._script.classes
         if classes is None or _is_proved(assertion):
             return outcome  # proofs are about all values, whatever a search takes instead
-        return replace(outcome, readings=self._script.readings(assertion), control=classes.context.control)
+        return replace(outcome, readings=self._script.readings(assertion), control=classes.control)
 
     def _check(self, assertion: Assertion) -> Outcome:
         budget = Budget(self._limits)
@@ -138,7 +138,7 @@ class Checker:
     ) -> Outcome:
         """The outcome, held against what classes do outside their finite readings."""
         classes = self._script.classes
-        if classes is None or not classes.context.has_left:
+        if classes is None or not classes.has_left:
             return outcome
         return held_against_readings(outcome, implementation, specification, budget, traces=traces, trace=trace)
 

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-Int64Array = npt.NDArray[np.int64]
+from cspcheck.checker.arrays import Int64Array
+from cspcheck.checker.sparse_rows import gather_rows
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -66,3 +66,40 @@ class Lts:
             np.asarray(targets, dtype=np.int64),
             root,
         )
+
+
+def sources(lts: Lts) -> Int64Array:
+    """The state that each transition starts from, shape (transitions,)."""
+    return np.repeat(np.arange(lts.states), np.diff(lts.offsets))
+
+
+def machine(states: int, starts: Int64Array, labels: Int64Array, targets: Int64Array, root: int = 0) -> Lts:
+    """The machine with the given transitions, in any order and perhaps repeated."""
+    order = np.lexsort([targets, labels, starts])
+    starts, labels, targets = starts[order], labels[order], targets[order]
+    fresh = np.ones(len(order), dtype=np.bool_)
+    fresh[1:] = (starts[1:] != starts[:-1]) | (labels[1:] != labels[:-1]) | (targets[1:] != targets[:-1])
+    counts = np.bincount(starts[fresh], minlength=states)
+    offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    return Lts(offsets, labels[fresh].astype(np.int64), targets[fresh].astype(np.int64), root)
+
+
+def reachable(lts: Lts) -> Lts:
+    """What the root reaches, numbered breadth first by ascending labels and targets; the root is 0."""
+    number = np.full(lts.states, -1, dtype=np.int64)
+    number[lts.root] = 0
+    order = [np.array([lts.root], dtype=np.int64)]
+    known = 1
+    while len(order[-1]):
+        rows = gather_rows(lts.offsets, order[-1])
+        found = lts.targets[rows]
+        found = found[number[found] < 0]
+        _, first = np.unique(found, return_index=True)
+        found = found[np.sort(first)]
+        number[found] = np.arange(known, known + len(found))
+        known += len(found)
+        order.append(found)
+    states = np.concatenate(order)
+    rows = gather_rows(lts.offsets, states)
+    starts = np.repeat(np.arange(known), np.diff(lts.offsets)[states])
+    return machine(known, starts, lts.labels[rows], number[lts.targets[rows]])

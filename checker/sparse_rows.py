@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from cspcheck.checker.lts import Int64Array
+from cspcheck.checker.arrays import Int64Array
 
 Uint64Array = npt.NDArray[np.uint64]
 

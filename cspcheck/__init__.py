@@ -5,12 +5,15 @@
 >>> for result in script.check():
 ...     assert result, result.explain()
 
-Importing this package imports nothing else; its names are looked up when they are first used.
+Importing this package registers the notation of classes and imports nothing else; its names are looked up when they
+are first used.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
+
+import cspcheck.cspm.oz  # noqa: F401  (every way in comes by here, so scripts may have classes whoever loads them)
 
 if TYPE_CHECKING:
     from cspcheck.api import Machine as Machine, Process as Process, Script as Script, load as load, loads as loads

@@ -65,9 +65,10 @@ def loads(
         ScriptError: there is an error in the script.
     """
     from cspcheck.cspm import script
+    from cspcheck.cspm.notation import Semantics
 
     overrides = {constant: _as_text(value) for constant, value in (definitions or {}).items()}
-    semantics = script.Semantics(view, outputs)
+    semantics = Semantics(view, outputs)
     loaded = script.load(Source(name, text), overrides=overrides, typecheck=typecheck, semantics=semantics)
     return Script(loaded, checking.Settings())
 

@@ -132,7 +132,7 @@ def load(path: str, settings: Settings) -> Script:
         ScriptError: it cannot be read, or there is an error in it.
     """
     from cspcheck.cspm import script
-    from cspcheck.cspm.script import Semantics
+    from cspcheck.cspm.notation import Semantics
 
     return script.load(
         read(path),

@@ -18,12 +18,12 @@ from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.evaluator.units import Declarations
 from cspcheck.cspm.naming import messages as name_messages
 from cspcheck.cspm.naming.resolve import Names, resolve, resolve_more
+from cspcheck.cspm.notation import Paragraphs, Semantics, extension
 from cspcheck.cspm.parsing.reading import parse, parse_alone, parse_assertion, parse_expression, read_source
 from cspcheck.cspm.printing.printer import print_assertion
 from cspcheck.cspm.process.events import EventSet, EventTable
 from cspcheck.cspm.process.terms import Process
 from cspcheck.cspm.process.text import describe
-from cspcheck.cspm.recursion import deep_recursion
 from cspcheck.cspm.source import Source, Span
 from cspcheck.cspm.spelling import suggestions
 from cspcheck.cspm.syntax import tree as syntax
@@ -34,29 +34,10 @@ from cspcheck.cspm.values.text import show
 from cspcheck.cspm.values.values import Boolean, Map, Real, Sequence, deep
 
 if TYPE_CHECKING:
-    from cspcheck.cspm.oz.core import Specification
-    from cspcheck.cspm.oz.processes.context import ClassContext
     from cspcheck.cspm.typing.inference import Types
 
 Expected: TypeAlias = Literal["pass", "fail", "unknown"]
 _EXPECT = re.compile(r"\bexpect:\s*(pass|fail|unknown)\b")
-
-
-View: TypeAlias = Literal["data", "control"]
-Outputs: TypeAlias = Literal["demonic", "angelic"]
-
-
-@dataclass(frozen=True, slots=True)
-class Semantics:
-    """How classes are read.
-
-    Attributes:
-        view: ``control`` drops the data and keeps the process equations; None: as the script says.
-        outputs: ``demonic``: the class chooses them; ``angelic``: the environment does.
-    """
-
-    view: View | None = None
-    outputs: Outputs = "demonic"
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +67,7 @@ class Script:
         tree: syntax.Script,
         names: Names,
         types: Types | None,
-        classes: Classes | None = None,
+        classes: Paragraphs | None = None,
     ) -> None:
         self.source = source
         self.tree = tree
@@ -116,19 +97,11 @@ class Script:
         self.printed: tuple[str, ...] = tuple([self._print(node.expression, frame) for node, frame in declared.prints])
         """What the ``print`` declarations say, in order."""
 
-    @property
-    def specification(self) -> Specification | None:
-        """What the Object-Z part of the script says; None if there is none."""
-        return None if self.classes is None else self.classes.context.specification
-
     def readings(self, node: syntax.Assertion) -> tuple[str, ...]:
         """The finite readings that the classes behind an assertion follow, as the script writes them."""
         if self.classes is None:
             return ()
-        from cspcheck.cspm.oz.processes.alphabets import Alphabets
-
-        owners = {foreign.owner: None for foreign in Alphabets(self.names).foreign(_operands(node))}
-        return self.classes.context.used(owners)
+        return self.classes.readings(self.names, _operands(node))
 
     def _declare(self, tree: syntax.Script) -> tuple[Frame, Declarations]:
         declarations = Declarations(self._evaluator)
@@ -290,9 +263,9 @@ def load(
     tree = parse(source)
     if overrides:
         tree = _overridden(tree, overrides)
-    classes: Classes | None = None
+    classes: Paragraphs | None = None
     if any(isinstance(declaration, syntax.Paragraph) for declaration in _all(tree.declarations)):
-        classes, tree = _with_classes(tree, semantics)
+        classes, tree = extension().elaborated(tree, semantics)
     names = resolve(tree)
     types: Types | None = None
     if typecheck:
@@ -323,32 +296,6 @@ def outline(source: Source) -> tuple[Assertion, ...]:
 
     collect(tree.declarations)
     return tuple(found)
-
-
-@dataclass(frozen=True, slots=True)
-class Classes:
-    """The Object-Z part of a script: what its classes share, and what is odd about them."""
-
-    context: ClassContext
-    warnings: tuple[Diagnostic, ...]
-
-
-def _with_classes(tree: syntax.Script, semantics: Semantics | None) -> tuple[Classes, syntax.Script]:
-    """The classes of a script, and the script with what they become in their place."""
-    import cspcheck.cspm.oz.processes.evaluating  # noqa: F401  (registers how what classes become is evaluated)
-    from cspcheck.cspm.oz.processes.context import ClassContext
-    from cspcheck.cspm.oz.processes.desugaring import desugared
-    from cspcheck.cspm.oz.typing.elaboration import elaborate
-
-    elaborated = elaborate(tree)
-    view = semantics.view if semantics is not None else None
-    context = ClassContext(
-        elaborated.specification,
-        control=elaborated.specification.control if view is None else view == "control",
-        angelic=semantics is not None and semantics.outputs == "angelic",
-    )
-    with deep_recursion():
-        return Classes(context, elaborated.warnings), desugared(tree, elaborated, context)
 
 
 def _all(declarations: tuple[syntax.Declaration, ...]) -> Iterator[syntax.Declaration]:

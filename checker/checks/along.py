@@ -7,14 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from cspcheck.checker.arrays import BoolArray, Int64Array
 from cspcheck.checker.budget import Incomplete
 from cspcheck.checker.checks.context import Context, in_chunks
 from cspcheck.checker.explain.behaviour import Behaviour
-from cspcheck.checker.lts import Int64Array
 from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.search.pair_search import PairExploration
 from cspcheck.checker.search.paths import Step, shortest_path
-from cspcheck.checker.specification.normal_form import BoolArray, NormalForm, Semantics
+from cspcheck.checker.specification.normal_form import NormalForm, Semantics
 from cspcheck.cspm.process.events import TAU, TICK, EventTable
 from cspcheck.cspm.process.terms import Process
 

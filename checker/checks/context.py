@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cspcheck.checker.arrays import Int64Array
 from cspcheck.checker.budget import Budget
 from cspcheck.checker.checks.store import Machines
-from cspcheck.checker.lts import Int64Array
 from cspcheck.checker.search.exploration import Exploration, Successors
 from cspcheck.checker.search.paths import Step
 from cspcheck.checker.verdict import Outcome, Verdict

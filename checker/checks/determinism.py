@@ -15,13 +15,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from cspcheck.checker.arrays import Int64Array
 from cspcheck.checker.budget import Incomplete
 from cspcheck.checker.checks.along import Along, along_original
 from cspcheck.checker.checks.context import Context, in_chunks
 from cspcheck.checker.checks.properties import divergence_found
 from cspcheck.checker.explain.behaviour import visible
 from cspcheck.checker.explain.replay import can_perform, can_refuse
-from cspcheck.checker.lts import Int64Array, Lts
+from cspcheck.checker.lts import Lts
 from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.search.paths import shortest_path
 from cspcheck.checker.specification.acceptances import StateAcceptances

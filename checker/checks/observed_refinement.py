@@ -11,14 +11,14 @@ import numpy as np
 from cspcheck.checker.checks.context import Context, reached
 from cspcheck.checker.checks.refinement import REPLAYED_SPECIFICATION, first_violation
 from cspcheck.checker.explain.behaviour import Behaviour, diverging
-from cspcheck.checker.explain.replay import ReplayFailure, can_perform, offer
+from cspcheck.checker.explain.replay import ReplayFailure, can_perform
 from cspcheck.checker.explain.specification_run import specification_run
 from cspcheck.checker.network.network import Network, Rule, Slot
 from cspcheck.checker.packing.packed import pack
 from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.search.pair_search import PairExploration, explore_pairs
 from cspcheck.checker.search.paths import Step
-from cspcheck.checker.semantics.transitions import Semantics
+from cspcheck.checker.semantics.transitions import Semantics, offer
 from cspcheck.checker.specification.normaliser import Normaliser
 from cspcheck.checker.specification.observations import Observations, Observed, observations
 from cspcheck.checker.verdict import Counterexample, Outcome, Verdict

@@ -10,13 +10,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from cspcheck.checker.arrays import BoolArray
 from cspcheck.checker.checks.along import Along, Offers, along_original
 from cspcheck.checker.checks.context import Context, reached
 from cspcheck.checker.explain.behaviour import Behaviour, diverging, visible
 from cspcheck.checker.explain.replay import can_perform, can_refuse
 from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.search.paths import Step, shortest_path
-from cspcheck.checker.specification.normal_form import BoolArray, FailuresModel, Semantics
+from cspcheck.checker.specification.normal_form import FailuresModel, Semantics
 from cspcheck.checker.verdict import Counterexample, Outcome, Verdict
 from cspcheck.cspm.process.terms import Process
 

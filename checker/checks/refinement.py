@@ -14,10 +14,11 @@ from cspcheck.checker.checks.along import along_original
 from cspcheck.checker.checks.context import Context, reached
 from cspcheck.checker.checks.store import Specification
 from cspcheck.checker.explain.behaviour import Behaviour, diverging, visible
-from cspcheck.checker.explain.replay import ReplayFailure, can_perform, offer, states_after
+from cspcheck.checker.explain.replay import ReplayFailure, can_perform, states_after
 from cspcheck.checker.explain.specification_run import specification_run
 from cspcheck.checker.search.pair_search import PairExploration, Violation
 from cspcheck.checker.search.paths import Step, shortest_path
+from cspcheck.checker.semantics.transitions import offer
 from cspcheck.checker.specification.normal_form import Semantics
 from cspcheck.checker.verdict import Counterexample, Outcome, Verdict
 from cspcheck.cspm.process.events import TICK

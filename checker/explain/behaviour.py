@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from cspcheck.checker.explain.blocked_slots import Blocked, blocked, shortest_cycle
-from cspcheck.checker.explain.replay import Replay, ReplayFailure, offer, states_after
+from cspcheck.checker.explain.replay import Replay, ReplayFailure, states_after
 from cspcheck.checker.explain.running import distinct_names
 from cspcheck.checker.explain.story import Told
 from cspcheck.checker.network.network import Network, Slot
@@ -17,6 +17,7 @@ from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.search.paths import Step, tau_loop
 from cspcheck.checker.semantics.steps import Row
+from cspcheck.checker.semantics.transitions import offer
 from cspcheck.checker.verdict import ComponentBehaviour, Counterexample, ReplayedRun
 from cspcheck.cspm.process.events import FIRST_EVENT, TAU, TICK, EventTable
 from cspcheck.cspm.process.terms import STOP, Process

@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterable
 
 from cspcheck.checker.semantics.head_normal import active
 from cspcheck.checker.semantics.steps import Row
-from cspcheck.checker.semantics.transitions import Semantics
-from cspcheck.cspm.process.events import TAU, TICK
+from cspcheck.checker.semantics.transitions import Semantics, offer
+from cspcheck.cspm.process.events import TAU
 from cspcheck.cspm.process.terms import Process
 
 CROWD = 64
@@ -154,17 +154,6 @@ def states_after(process: Process, trace: Iterable[int], limit: int) -> list[Row
             return None
         states = closed({target for state in states for event, target in replay.row(state) if event == label})
     return None if states is None else [replay.row(state) for state in states]
-
-
-def offer(row: Row) -> frozenset[int] | None:
-    """What a state with these transitions can be relied on to perform: its acceptance.
-
-    {tick} if it can tick, else everything if it is stable, else None.
-    """
-    events = frozenset(event for event, _ in row)
-    if TICK in events:
-        return frozenset({TICK})
-    return None if TAU in events else events
 
 
 def can_perform(event: int) -> Callable[[Row], bool]:

@@ -9,12 +9,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from cspcheck.checker.lts import Int64Array
-
-Int32Array = npt.NDArray[np.int32]
-UInt8Array = npt.NDArray[np.uint8]
+from cspcheck.checker.arrays import Int32Array, Int64Array, UInt8Array
 
 WORD_BITS = 63
 """Bits of a word that are used. The sign bit stays clear."""

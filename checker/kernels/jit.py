@@ -20,6 +20,7 @@ from typing import Any, get_type_hints
 
 import numpy as np
 
+from cspcheck.checker.arrays import Int32Array, Int64Array, UInt8Array
 from cspcheck.checker.kernels import (
     expand as kernels_expand,
     levels as kernels_levels,
@@ -27,8 +28,7 @@ from cspcheck.checker.kernels import (
     partition as kernels_partition,
     table as table_kernels,
 )
-from cspcheck.checker.kernels.arrays import Index, Int32Array, Rules, Scratch, UInt8Array, no_guide
-from cspcheck.checker.lts import Int64Array
+from cspcheck.checker.kernels.arrays import Index, Rules, Scratch, no_guide
 
 MODULES: tuple[ModuleType, ...] = (table_kernels, kernels_expand, kernels_pairs, kernels_levels, kernels_partition)
 """Where the kernels are, callees before callers."""
@@ -250,3 +250,12 @@ def _example(kind: type[Any]) -> Any:
     """A tuple of the given kind, of arrays."""
     dtypes: dict[Any, type[np.generic]] = {Int64Array: np.int64, Int32Array: np.int32, UInt8Array: np.uint8}
     return kind(*(np.zeros(1, dtype=dtypes[field]) for field in get_type_hints(kind).values()))
+
+
+COMPILED_ROWS = 2_000
+"""For more rows than this it pays to load the compiled kernels."""
+
+
+def kernels_for(rows: int) -> Kernels:
+    """The kernels in the form that suits the number of rows that they are to expand."""
+    return kernels(is_loaded() or rows > COMPILED_ROWS)

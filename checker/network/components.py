@@ -12,8 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cspcheck.checker.lts import Lts
-from cspcheck.checker.reduction.partition import machine, reachable
+from cspcheck.checker.lts import Lts, machine, reachable
 from cspcheck.checker.semantics.steps import Row, Step
 from cspcheck.checker.semantics.transitions import Explored, MoreStates, Poll, Semantics, breadth_first
 from cspcheck.cspm.process.events import TAU, TICK, EventSet

@@ -9,14 +9,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from cspcheck.checker.kernels.arrays import Index, Int32Array
-from cspcheck.checker.lts import Int64Array
+from cspcheck.checker.arrays import BoolArray, Int32Array, Int64Array
+from cspcheck.checker.kernels.arrays import Index
 from cspcheck.checker.packing.instances import Instances, LocalTransitions, RuleGroup
 from cspcheck.checker.packing.layout import Field, Layout
-
-BoolArray = npt.NDArray[np.bool_]
 
 HOME_BITS = 8
 """Neighbouring fields share a home up to this many bits: 256 lists, which the cache holds."""

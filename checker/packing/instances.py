@@ -12,12 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cspcheck.checker.kernels.arrays import WORD, Int32Array, Rules, UInt8Array
-from cspcheck.checker.lts import Int64Array, Lts
+from cspcheck.checker.arrays import BoolArray, Int32Array, Int64Array, UInt8Array
+from cspcheck.checker.kernels.arrays import WORD, Rules
+from cspcheck.checker.lts import Lts
 from cspcheck.checker.network.network import Network, Switch
 from cspcheck.checker.packing.layout import Layout
-
-BoolArray = npt.NDArray[np.bool_]
 
 
 class LocalTransitions:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cspcheck.checker.arrays import Int64Array
 from cspcheck.checker.kernels.arrays import WORD_BITS
-from cspcheck.checker.lts import Int64Array
 from cspcheck.checker.network.network import Network
 
 

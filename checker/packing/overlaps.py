@@ -11,15 +11,12 @@ from collections.abc import Iterable, Sequence
 from itertools import combinations
 
 import numpy as np
-import numpy.typing as npt
 
-from cspcheck.checker.kernels.arrays import MAY_BRANCH, MAY_REPEAT, UInt8Array
-from cspcheck.checker.lts import Int64Array
+from cspcheck.checker.arrays import BoolArray, Int64Array, UInt8Array
+from cspcheck.checker.kernels.arrays import MAY_BRANCH, MAY_REPEAT
 from cspcheck.checker.network.network import Network
 from cspcheck.checker.packing.instances import LocalTransitions, RuleGroup
 from cspcheck.cspm.process.events import TAU
-
-BoolArray = npt.NDArray[np.bool_]
 
 COMPARED = 200
 """More rules than this with one result in one format are not compared with each other."""

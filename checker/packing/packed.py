@@ -9,8 +9,8 @@ from itertools import product as cartesian
 import numpy as np
 import numpy.typing as npt
 
+from cspcheck.checker.arrays import Int64Array
 from cspcheck.checker.kernels.arrays import Index, Rules
-from cspcheck.checker.lts import Int64Array
 from cspcheck.checker.network.network import Network
 from cspcheck.checker.packing.index import HOME_BITS, LISTED, Listings, make_homes
 from cspcheck.checker.packing.instances import (

@@ -16,6 +16,7 @@ from cspcheck.checker.proof.simulation import Relation, projection, refinement, 
 from cspcheck.checker.verdict import BrokenObligation, Counterexample, Outcome, Verdict
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.oz import core, syntax
+from cspcheck.cspm.oz.processes import classes
 from cspcheck.cspm.oz.typing.messages import unknown_class
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.spelling import suggestions
@@ -72,7 +73,7 @@ def whole_refinement(node: Assertion, specification: core.Specification, setting
 
 def specification_of(script: Script) -> core.Specification:
     """The Object-Z part of a loaded script; an empty one where it has none."""
-    return script.specification or core.Specification()
+    return classes.specification_of(script) or core.Specification()
 
 
 def obligations(node: syntax.Obligations, specification: core.Specification, settings: Settings) -> list[Finding]:

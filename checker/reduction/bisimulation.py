@@ -11,11 +11,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from cspcheck.checker.lts import Int64Array, Lts
-from cspcheck.checker.reduction.partition import coarsest_partition, machine, numbered, quotient, sources
-from cspcheck.checker.search.walk import kernels_for
+from cspcheck.checker.arrays import BoolArray, Int64Array
+from cspcheck.checker.kernels.jit import kernels_for
+from cspcheck.checker.lts import Lts, machine, sources
+from cspcheck.checker.reduction.partition import coarsest_partition, numbered, quotient
 from cspcheck.checker.specification.acceptances import divergent_states
-from cspcheck.checker.specification.normal_form import BoolArray
 from cspcheck.cspm.process.events import TAU, TICK
 
 SATURATED = 2_000_000

@@ -9,14 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from types import MappingProxyType
 
-from cspcheck.checker.lts import Lts
+from cspcheck.checker.lts import Lts, reachable
 from cspcheck.checker.reduction.bisimulation import (
     delay_bisimulation,
     factor_tau_loops,
     strong_bisimulation,
     weak_bisimulation,
 )
-from cspcheck.checker.reduction.partition import reachable
 from cspcheck.checker.specification.acceptances import divergent_states
 from cspcheck.cspm.process.events import TAU, TICK
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from cspcheck.checker.lts import Int64Array, Lts
-from cspcheck.checker.search.walk import kernels_for
-from cspcheck.checker.sparse_rows import gather_rows
-from cspcheck.checker.specification.normal_form import BoolArray
+from cspcheck.checker.arrays import BoolArray, Int64Array
+from cspcheck.checker.kernels.jit import kernels_for
+from cspcheck.checker.lts import Lts, machine, reachable, sources
 from cspcheck.cspm.process.events import TAU
 
 
@@ -76,11 +75,6 @@ def numbered(classes: Int64Array) -> Int64Array:
     return rank[numbers]
 
 
-def sources(lts: Lts) -> Int64Array:
-    """The state that each transition starts from, shape (transitions,)."""
-    return np.repeat(np.arange(lts.states), np.diff(lts.offsets))
-
-
 def quotient(lts: Lts, partition: Int64Array, *, keep_inner_taus: bool, diverging: BoolArray | None = None) -> Lts:
     """The machine whose states are the classes, numbered breadth first from the root's; unreachable ones are left out.
 
@@ -100,35 +94,3 @@ def quotient(lts: Lts, partition: Int64Array, *, keep_inner_taus: bool, divergin
         labels = np.concatenate([labels, np.full(len(loops), TAU, dtype=np.int64)])
     classes = int(partition.max()) + 1
     return reachable(machine(classes, starts, labels, targets, int(partition[lts.root])))
-
-
-def machine(states: int, starts: Int64Array, labels: Int64Array, targets: Int64Array, root: int = 0) -> Lts:
-    """The machine with the given transitions, in any order and perhaps repeated."""
-    order = np.lexsort([targets, labels, starts])
-    starts, labels, targets = starts[order], labels[order], targets[order]
-    fresh = np.ones(len(order), dtype=np.bool_)
-    fresh[1:] = (starts[1:] != starts[:-1]) | (labels[1:] != labels[:-1]) | (targets[1:] != targets[:-1])
-    counts = np.bincount(starts[fresh], minlength=states)
-    offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-    return Lts(offsets, labels[fresh].astype(np.int64), targets[fresh].astype(np.int64), root)
-
-
-def reachable(lts: Lts) -> Lts:
-    """What the root reaches, numbered breadth first by ascending labels and targets; the root is 0."""
-    number = np.full(lts.states, -1, dtype=np.int64)
-    number[lts.root] = 0
-    order = [np.array([lts.root], dtype=np.int64)]
-    known = 1
-    while len(order[-1]):
-        rows = gather_rows(lts.offsets, order[-1])
-        found = lts.targets[rows]
-        found = found[number[found] < 0]
-        _, first = np.unique(found, return_index=True)
-        found = found[np.sort(first)]
-        number[found] = np.arange(known, known + len(found))
-        known += len(found)
-        order.append(found)
-    states = np.concatenate(order)
-    rows = gather_rows(lts.offsets, states)
-    starts = np.repeat(np.arange(known), np.diff(lts.offsets)[states])
-    return machine(known, starts, lts.labels[rows], number[lts.targets[rows]])

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from cspcheck.checker.arrays import Int64Array
 from cspcheck.checker.kernels.jit import Kernels
-from cspcheck.checker.lts import Int64Array
 from cspcheck.checker.search.visited import Visited
 from cspcheck.checker.search.worker import Step, Worker
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from cspcheck.checker.kernels.arrays import MAY_REPEAT, Index, Int32Array, Scratch
+from cspcheck.checker.arrays import Int32Array, Int64Array
+from cspcheck.checker.kernels.arrays import MAY_REPEAT, Index, Scratch
 from cspcheck.checker.kernels.jit import Kernels
-from cspcheck.checker.lts import Int64Array
 from cspcheck.checker.packing.packed import PackedNetwork
 
 CAPACITY = 1 << 15

@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cspcheck.checker.lts import Int64Array, Lts
+from cspcheck.checker.arrays import Int64Array
+from cspcheck.checker.lts import Lts
 from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.search.levels import NO_LIMITS, LevelSearch, Progress, StopReason
 from cspcheck.checker.search.tau_cycles import divergent_states, tau_cyclic_states

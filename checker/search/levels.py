@@ -13,9 +13,9 @@ from typing import Literal
 
 import numpy as np
 
+from cspcheck.checker.arrays import Int64Array, UInt8Array
 from cspcheck.checker.kernels import jit
-from cspcheck.checker.kernels.arrays import Index, UInt8Array
-from cspcheck.checker.lts import Int64Array
+from cspcheck.checker.kernels.arrays import Index
 from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.search.crew import SHARED_CAPACITY, Crew
 from cspcheck.checker.search.expansion import CAPACITY, SMALL_CAPACITY, Expander

@@ -12,14 +12,15 @@ from typing import Literal
 
 import numpy as np
 
+from cspcheck.checker.arrays import Int64Array
+from cspcheck.checker.kernels.jit import kernels_for
 from cspcheck.checker.kernels.pairs import REFUSAL
-from cspcheck.checker.lts import Int64Array
 from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.search.expansion import Expander
 from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.search.levels import NO_LIMITS, LevelSearch, Progress
 from cspcheck.checker.search.pairs import LazyNormalForm, Pairs
-from cspcheck.checker.search.walk import CHUNK, Walk, kernels_for, transitions_of
+from cspcheck.checker.search.walk import CHUNK, Walk, transitions_of
 from cspcheck.checker.specification.normal_form import NormalForm, Semantics
 from cspcheck.checker.verdict import Limits
 

@@ -8,8 +8,8 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from cspcheck.checker.kernels.arrays import Guide, Int32Array
-from cspcheck.checker.lts import Int64Array
+from cspcheck.checker.arrays import Int32Array, Int64Array
+from cspcheck.checker.kernels.arrays import Guide
 from cspcheck.checker.packing.layout import Layout
 from cspcheck.checker.specification.normal_form import NormalForm
 

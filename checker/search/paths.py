@@ -10,15 +10,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from cspcheck.checker.lts import Int64Array
+from cspcheck.checker.arrays import BoolArray, Int64Array
 from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.search.walk import Transitions, Walk, backwards, transitions_of
 from cspcheck.checker.sparse_rows import gather_rows
 from cspcheck.cspm.process.events import TAU
 
-BoolArray = npt.NDArray[np.bool_]
 _FAR = np.iinfo(np.int64).max
 
 

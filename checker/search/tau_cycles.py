@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from cspcheck.checker.lts import Int64Array
-from cspcheck.checker.search.walk import Walk, backwards, kernels_for
+from cspcheck.checker.arrays import Int64Array
+from cspcheck.checker.kernels.jit import kernels_for
+from cspcheck.checker.search.walk import Walk, backwards
 
 
 def tau_cyclic_states(walk: Walk, level: int) -> Int64Array:

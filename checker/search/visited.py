@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from cspcheck.checker.arrays import Int64Array
 from cspcheck.checker.kernels.jit import Kernels
-from cspcheck.checker.lts import Int64Array
 from cspcheck.checker.search.reserve import Reserve, reserve
 
 FIRST_BITS = 10

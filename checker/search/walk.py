@@ -6,29 +6,18 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from cspcheck.checker.kernels import jit
+from cspcheck.checker.arrays import BoolArray, Int64Array
 from cspcheck.checker.kernels.arrays import Index
-from cspcheck.checker.kernels.jit import Kernels
-from cspcheck.checker.lts import Int64Array
+from cspcheck.checker.kernels.jit import Kernels, kernels_for
 from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.search.expansion import Expander
 from cspcheck.checker.search.pairs import Pairs
 from cspcheck.checker.search.visited import Visited
 from cspcheck.checker.sparse_rows import gather_rows
 
-BoolArray = npt.NDArray[np.bool_]
-
-COMPILED_ROWS = 2_000
-"""For more rows than this it pays to load the compiled kernels."""
 CHUNK = 1 << 16
 """Rows that are expanded in detail at a time."""
-
-
-def kernels_for(rows: int) -> Kernels:
-    """The kernels in the form that suits the number of rows that they are to expand."""
-    return jit.kernels(jit.is_loaded() or rows > COMPILED_ROWS)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cspcheck.checker.kernels.arrays import MAY_BRANCH, MAY_REPEAT, Guide, Index, UInt8Array, no_guide
+from cspcheck.checker.arrays import Int64Array, UInt8Array
+from cspcheck.checker.kernels.arrays import MAY_BRANCH, MAY_REPEAT, Guide, Index, no_guide
 from cspcheck.checker.kernels.jit import Kernels
-from cspcheck.checker.lts import Int64Array
 from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.search.expansion import CAPACITY, Expander
 from cspcheck.checker.search.pairs import Pairs

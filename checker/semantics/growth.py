@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from cspcheck.checker.budget import LimitReached
 from cspcheck.checker.messages import growing_arguments, growing_process, too_many_states
 from cspcheck.checker.semantics.head_normal import HeadNormalForms, active, definition_name
-from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.process.terms import (
     AlphabetisedParallel,
     Compressed,
@@ -27,21 +27,6 @@ from cspcheck.cspm.process.terms import (
     Throw,
 )
 from cspcheck.cspm.source import Span
-
-
-class LimitReached(Exception):
-    """There are more states than the limit allows; the verdict of what depends on it is ``unknown``.
-
-    Attributes:
-        diagnostic: CSP503 to CSP505: which definition, and what grows.
-        states: how many states were found.
-    """
-
-    def __init__(self, diagnostic: Diagnostic, states: int) -> None:
-        self.diagnostic = diagnostic
-        self.states = states
-        super().__init__(diagnostic.message)
-
 
 _FEW = 3
 _NESTED = 8

@@ -15,16 +15,18 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cspcheck.checker.budget import LimitReached
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.messages import nested_functions
 from cspcheck.checker.semantics.external import FOLLOWING, watch
-from cspcheck.checker.semantics.growth import LimitReached, too_many
+from cspcheck.checker.semantics.growth import too_many
 from cspcheck.checker.semantics.head_normal import HeadNormalForms, active
 from cspcheck.checker.semantics.parallel import CONCURRENT_RULES
 from cspcheck.checker.semantics.sequential import SEQUENTIAL_RULES
 from cspcheck.checker.semantics.steps import Row, Step
 from cspcheck.checker.verdict import Limits
 from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.process.events import TAU, TICK
 from cspcheck.cspm.process.terms import External, Process, Watchdog
 
 __all__ = [
@@ -218,3 +220,14 @@ def breadth_first(
             poll(len(terms))
     lts = Lts(np.array(offsets, np.int64), np.array(labels, np.int64), np.array(targets, np.int64))
     return Explored(lts, tuple(terms))
+
+
+def offer(row: Row) -> frozenset[int] | None:
+    """What a state with these transitions can be relied on to perform: its acceptance.
+
+    {tick} if it can tick, else everything if it is stable, else None.
+    """
+    events = frozenset(event for event, _ in row)
+    if TICK in events:
+        return frozenset({TICK})
+    return None if TAU in events else events

@@ -6,9 +6,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from cspcheck.checker.lts import Int64Array, Lts
+from cspcheck.checker.arrays import BoolArray, Int64Array
+from cspcheck.checker.lts import Lts
 from cspcheck.checker.sparse_rows import gather_rows, intern_rows
-from cspcheck.checker.specification.normal_form import BoolArray
 from cspcheck.cspm.process.events import TAU, TICK
 
 Acceptance = tuple[int, ...]

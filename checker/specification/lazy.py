@@ -10,11 +10,10 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
+from cspcheck.checker.arrays import Int64Array
 from cspcheck.checker.budget import Incomplete
-from cspcheck.checker.explain.replay import offer
-from cspcheck.checker.lts import Int64Array
 from cspcheck.checker.semantics.steps import Row
-from cspcheck.checker.semantics.transitions import Semantics
+from cspcheck.checker.semantics.transitions import Semantics, offer
 from cspcheck.checker.specification.acceptances import AcceptanceSet, AcceptanceSets, minimal
 from cspcheck.checker.specification.normal_form import Semantics as Model
 from cspcheck.cspm.process.events import TAU

@@ -27,12 +27,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
-from cspcheck.checker.lts import Int64Array
-
-Int32Array = npt.NDArray[np.int32]
-BoolArray = npt.NDArray[np.bool_]
+from cspcheck.checker.arrays import BoolArray, Int32Array, Int64Array
 
 Semantics = Literal["T", "F", "FD"]
 """The models that a normal form is made for."""

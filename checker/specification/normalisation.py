@@ -11,7 +11,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from cspcheck.checker.lts import Int64Array, Lts
+from cspcheck.checker.arrays import Int64Array
+from cspcheck.checker.lts import Lts
 from cspcheck.checker.sparse_rows import gather_rows, intern_rows
 from cspcheck.checker.specification.acceptances import AcceptanceSet, StateAcceptances
 from cspcheck.checker.specification.normal_form import NormalForm, Semantics

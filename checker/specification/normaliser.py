@@ -13,7 +13,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from cspcheck.checker.lts import Int64Array, Lts
+from cspcheck.checker.arrays import BoolArray, Int64Array
+from cspcheck.checker.lts import Lts
 from cspcheck.checker.sparse_rows import gather_spans
 from cspcheck.checker.specification.acceptances import (
     Acceptance,
@@ -23,7 +24,7 @@ from cspcheck.checker.specification.acceptances import (
     divergent_states,
     minimal,
 )
-from cspcheck.checker.specification.normal_form import BoolArray, NormalForm, Semantics
+from cspcheck.checker.specification.normal_form import NormalForm, Semantics
 from cspcheck.cspm.process.events import TAU
 
 LARGE = 100

@@ -25,12 +25,11 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from cspcheck.checker.arrays import BoolArray, Int64Array
 from cspcheck.checker.budget import Budget, Incomplete
-from cspcheck.checker.lts import Int64Array, Lts
-from cspcheck.checker.reduction.partition import machine, sources
+from cspcheck.checker.lts import Lts, machine, sources
 from cspcheck.checker.sparse_rows import gather_rows
 from cspcheck.checker.specification.acceptances import StateAcceptances
-from cspcheck.checker.specification.normal_form import BoolArray
 from cspcheck.cspm.process.events import FIRST_EVENT, TAU, TICK
 
 Observed = Literal["V", "R"]

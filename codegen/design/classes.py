@@ -19,6 +19,7 @@ from cspcheck.codegen.design.predicates import Key, Terms, keys_in, ways
 from cspcheck.codegen.quoting import literal, phrase
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.processes.classes import context_of
 from cspcheck.cspm.oz.processes.nodes import CarrierSet
 from cspcheck.cspm.oz.values.evaluation import Evaluator
 from cspcheck.cspm.oz.values.substitution import substituted
@@ -75,9 +76,11 @@ class Classes:
     """Designs the classes of a script."""
 
     def __init__(self, script: Script, data: Data) -> None:
-        specification = script.specification
-        assert specification is not None
+        context = context_of(script)
+        assert context is not None
+        specification = context.specification
         self.script = script
+        self.context = context
         self.data = data
         self.specification = specification
         self._named = dict(self._abbreviations())
@@ -164,8 +167,7 @@ class Classes:
         return value
 
     def _evaluator(self, owner: str) -> Evaluator:
-        assert self.script.classes is not None
-        return self.script.classes.context.evaluator(owner)
+        return self.context.evaluator(owner)
 
     def _listed(self, term: core.Term, owner: str) -> tuple[int, ...] | None:
         """The values of a finite set of integers."""

@@ -12,6 +12,7 @@ from cspcheck.codegen.quoting import literal, phrase
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
 from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.processes.classes import context_of
 from cspcheck.cspm.process.events import FieldDomain
 from cspcheck.cspm.script import Script
 from cspcheck.cspm.source import Span
@@ -186,8 +187,9 @@ class Data:
         key = (owner, name)
         known = self._oz_constants.get(key)
         if known is None:
-            assert self.script.classes is not None
-            value = self.script.classes.context.evaluator(owner).constants[name]
+            context = context_of(self.script)
+            assert context is not None
+            value = context.evaluator(owner).constants[name]
             if not isinstance(value, (bool, int, Fraction)):
                 raise ScriptError(messages.no_value(str(value), f"the constant `{name}`", span))
             text = repr(float(value)) if isinstance(value, Fraction) else repr(value)

@@ -96,13 +96,13 @@ class _Designer:
         self._function_texts: list[str] = []
         self._function_expressions = Expressions(script, self.data, self._function, "")
         self._pending: list[Symbol] = []
-        self.classes = None if script.specification is None else Classes(script, self.data)
+        self.classes = None if script.classes is None else Classes(script, self.data)
         timed = _timed(script.tree.declarations)
         if timed is not None:
             what = "a script with a Timed section: its times are not those of a program"
             help = "put what is not timed into a script of its own; `-- task NAME: period ... at EVENT` makes periods"
             raise ScriptError(messages.not_generated(what, timed.span, help))
-        if script.classes is not None and script.classes.context.control:
+        if script.classes is not None and script.classes.control:
             what = "classes in the control view, which drops their data"
             raise ScriptError(messages.not_generated(what, None, "leave out `view control`"))
 

@@ -86,8 +86,8 @@ def _machine(script: Script, text: str, most: int) -> Picture:
 
 
 def _architecture(script: Script, text: str) -> Picture:
+    from cspcheck.checker.budget import LimitReached
     from cspcheck.checker.network.compiler import Compiler
-    from cspcheck.checker.semantics.growth import LimitReached
     from cspcheck.checker.verdict import Limits
     from cspcheck.drawing.machines import architecture_picture, without_priority
 

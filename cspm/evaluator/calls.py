@@ -14,7 +14,6 @@ from cspcheck.cspm.evaluator.core import (
     VALUES,
     Condition,
     Evaluator,
-    compiles,
     unwrap,
 )
 from cspcheck.cspm.evaluator.frames import Frame
@@ -33,22 +32,22 @@ from cspcheck.cspm.values.values import Function
 # --- literals and brackets -----------------------------------------------------------------------------------
 
 
-@compiles(VALUES, syntax.Paren)
+@VALUES(syntax.Paren)
 def _paren(evaluator: Evaluator, node: syntax.Paren, frame: Frame) -> Code:
     return evaluator.value(unwrap(node), frame)
 
 
-@compiles(PROCESSES, syntax.Paren)
+@PROCESSES(syntax.Paren)
 def _process_paren(evaluator: Evaluator, node: syntax.Paren, frame: Frame) -> Code:
     return evaluator.process(unwrap(node), frame)
 
 
-@compiles(CONDITIONS, syntax.Paren)
+@CONDITIONS(syntax.Paren)
 def _condition_paren(evaluator: Evaluator, node: syntax.Paren, frame: Frame) -> Condition:
     return evaluator.condition(unwrap(node), frame)
 
 
-@compiles(DELAYED, syntax.Paren)
+@DELAYED(syntax.Paren)
 def _delayed_paren(evaluator: Evaluator, node: syntax.Paren, frame: Frame) -> Code:
     return evaluator.delayed(unwrap(node), frame)
 
@@ -56,7 +55,7 @@ def _delayed_paren(evaluator: Evaluator, node: syntax.Paren, frame: Frame) -> Co
 # --- if ---------------------------------------------------------------------------------------------------
 
 
-@compiles(VALUES, syntax.If)
+@VALUES(syntax.If)
 def _if(evaluator: Evaluator, node: syntax.If, frame: Frame) -> Code:
     return _choose(
         evaluator.condition(node.condition, frame),
@@ -65,7 +64,7 @@ def _if(evaluator: Evaluator, node: syntax.If, frame: Frame) -> Code:
     )
 
 
-@compiles(PROCESSES, syntax.If)
+@PROCESSES(syntax.If)
 def _process_if(evaluator: Evaluator, node: syntax.If, frame: Frame) -> Code:
     return _choose(
         evaluator.condition(node.condition, frame),
@@ -81,7 +80,7 @@ def _choose(condition: Condition, then: Code, otherwise: Code) -> Code:
     return choose
 
 
-@compiles(CONDITIONS, syntax.If)
+@CONDITIONS(syntax.If)
 def _condition_if(evaluator: Evaluator, node: syntax.If, frame: Frame) -> Condition:
     return _choose(
         evaluator.condition(node.condition, frame),
@@ -93,8 +92,8 @@ def _condition_if(evaluator: Evaluator, node: syntax.If, frame: Frame) -> Condit
 # --- functions -----------------------------------------------------------------------------------------------
 
 
-@compiles(VALUES, syntax.Lambda)
-@compiles(DELAYED, syntax.Lambda)
+@VALUES(syntax.Lambda)
+@DELAYED(syntax.Lambda)
 def _lambda(evaluator: Evaluator, node: syntax.Lambda, frame: Frame) -> Code:
     key = (id(node), frame.unit)
     routine: Routine | None = evaluator.routines.get(key)
@@ -108,7 +107,7 @@ def _lambda(evaluator: Evaluator, node: syntax.Lambda, frame: Frame) -> Code:
     return lambda env: Function(found, env)
 
 
-@compiles(VALUES, syntax.Apply)
+@VALUES(syntax.Apply)
 def _apply(evaluator: Evaluator, node: syntax.Apply, frame: Frame) -> Code:
     known = known_function(evaluator, node, frame)
     if isinstance(known, Builtin):
@@ -232,7 +231,7 @@ def _local_call(routine: Routine, arguments: list[Code], span: Span) -> Code:
     return call
 
 
-@compiles(PROCESSES, syntax.Apply)
+@PROCESSES(syntax.Apply)
 def _process_apply(evaluator: Evaluator, node: syntax.Apply, frame: Frame) -> Callable[[Env], Process]:
     span = node.span
     known = known_function(evaluator, node, frame)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from cspcheck.cspm.evaluator.comprehensions import sequence_comprehension, set_comprehension
-from cspcheck.cspm.evaluator.core import DELAYED, VALUES, Evaluator, compiles
+from cspcheck.cspm.evaluator.core import DELAYED, VALUES, Evaluator
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.process.events import EventSet
 from cspcheck.cspm.source import Span
@@ -20,8 +20,8 @@ from cspcheck.cspm.values.thunks import Code, Env, force
 from cspcheck.cspm.values.values import EMPTY_SEQUENCE, Map, Sequence, counting, counting_from, deep
 
 
-@compiles(VALUES, syntax.TupleExpr)
-@compiles(DELAYED, syntax.TupleExpr)
+@VALUES(syntax.TupleExpr)
+@DELAYED(syntax.TupleExpr)
 def _tuple(evaluator: Evaluator, node: syntax.TupleExpr, frame: Frame) -> Code:
     items = [evaluator.delayed(item, frame) for item in node.items]
     if len(items) == 2:
@@ -30,14 +30,14 @@ def _tuple(evaluator: Evaluator, node: syntax.TupleExpr, frame: Frame) -> Code:
     return lambda env: tuple([item(env) for item in items])
 
 
-@compiles(VALUES, syntax.SequenceExpr)
+@VALUES(syntax.SequenceExpr)
 def _sequence(evaluator: Evaluator, node: syntax.SequenceExpr, frame: Frame) -> Code:
     if node.statements is not None:
         return sequence_comprehension(evaluator, node.items, node.statements, frame)
     return _listed_sequence(evaluator, node, frame)
 
 
-@compiles(DELAYED, syntax.SequenceExpr)
+@DELAYED(syntax.SequenceExpr)
 def _delayed_sequence(evaluator: Evaluator, node: syntax.SequenceExpr, frame: Frame) -> Code:
     if node.statements is not None:
         return evaluator.thunk(node, frame)
@@ -52,7 +52,7 @@ def _listed_sequence(evaluator: Evaluator, node: syntax.SequenceExpr, frame: Fra
     return lambda env: Sequence([item(env) for item in items], size)
 
 
-@compiles(VALUES, syntax.SetExpr)
+@VALUES(syntax.SetExpr)
 def _set(evaluator: Evaluator, node: syntax.SetExpr, frame: Frame) -> Code:
     if node.statements is not None:
         return set_comprehension(evaluator, node.items, node.statements, frame)
@@ -62,14 +62,14 @@ def _set(evaluator: Evaluator, node: syntax.SetExpr, frame: Frame) -> Code:
     return lambda env: set_of([deep(item(env)) for item in items])
 
 
-@compiles(DELAYED, syntax.SetExpr)
+@DELAYED(syntax.SetExpr)
 def _delayed_set(evaluator: Evaluator, node: syntax.SetExpr, frame: Frame) -> Code:
     if node.statements is None and not node.items:
         return lambda env: EMPTY_SET
     return evaluator.thunk(node, frame)
 
 
-@compiles(VALUES, syntax.MapExpr)
+@VALUES(syntax.MapExpr)
 def _map(evaluator: Evaluator, node: syntax.MapExpr, frame: Frame) -> Code:
     entries = [(evaluator.value(key, frame), evaluator.delayed(value, frame)) for key, value in node.items]
     return lambda env: Map({deep(key(env)): value(env) for key, value in entries})
@@ -88,7 +88,7 @@ def _range(low: Any, high: Any) -> Set:
     return Range(low, high) if low <= high else EMPTY_SET
 
 
-@compiles(VALUES, syntax.SetRange)
+@VALUES(syntax.SetRange)
 def _set_range(evaluator: Evaluator, node: syntax.SetRange, frame: Frame) -> Code:
     if node.statements is not None:
         return _set_of_ranges(evaluator, node, frame)
@@ -108,7 +108,7 @@ def _set_of_ranges(evaluator: Evaluator, node: syntax.SetRange, frame: Frame) ->
     return set_comprehension(evaluator, (plain,), node.statements, frame, unite=True)
 
 
-@compiles(VALUES, syntax.SequenceRange)
+@VALUES(syntax.SequenceRange)
 def _sequence_range(evaluator: Evaluator, node: syntax.SequenceRange, frame: Frame) -> Code:
     if node.statements is not None:
         plain = syntax.SequenceRange(low=node.low, high=node.high, span=node.span)
@@ -140,7 +140,7 @@ def _all(sets: list[Set], channels: Any) -> Set:
     return result
 
 
-@compiles(VALUES, syntax.Productions)
+@VALUES(syntax.Productions)
 def _productions(evaluator: Evaluator, node: syntax.Productions, frame: Frame) -> Code:
     channels = evaluator.channels
     if node.statements is not None:

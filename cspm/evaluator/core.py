@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.evaluator.builtins_data import as_sequence
@@ -27,6 +27,7 @@ from cspcheck.cspm.process.terms import Process
 from cspcheck.cspm.recursion import FRAMES
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.syntax.dispatch import Dispatch
 from cspcheck.cspm.values import messages as messages
 from cspcheck.cspm.values.dots import Channels, Dotted
 from cspcheck.cspm.values.failure import Failure
@@ -41,31 +42,18 @@ T = TypeVar("T")
 Condition = Callable[[Env], bool]
 Compile = Callable[["Evaluator", Any, Frame], Any]
 
-F = TypeVar("F", bound=Compile)
-
-VALUES: dict[type[syntax.Node], Compile] = {}
+VALUES: Final = Dispatch[Compile]("evaluate")
 """How each form is compiled as a value."""
-PROCESSES: dict[type[syntax.Node], Compile] = {}
+PROCESSES: Final = Dispatch[Compile]("evaluate as a process")
 """How each form is compiled as a process; the others are compiled as values and must turn out to be processes."""
-CONDITIONS: dict[type[syntax.Node], Compile] = {}
+CONDITIONS: Final = Dispatch[Compile]("evaluate as a condition")
 """How some forms are compiled as conditions more directly than by way of a Boolean."""
-DELAYED: dict[type[syntax.Node], Compile] = {}
+DELAYED: Final = Dispatch[Compile]("evaluate later")
 """How the forms are compiled that need no thunk."""
 
 PROCESS_TYPES = frozenset(
     kind for kind in vars(process).values() if isinstance(kind, type) and issubclass(kind, Process)
 )
-
-
-def compiles(table: dict[type[syntax.Node], Compile], *kinds: type[syntax.Node]) -> Callable[[F], F]:
-    """Register the decorated function in *table* for the forms *kinds*."""
-
-    def register(function: F) -> F:
-        for kind in kinds:
-            table[kind] = function
-        return function
-
-    return register
 
 
 class Evaluator:

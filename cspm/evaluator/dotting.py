@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from cspcheck.cspm.evaluator.core import VALUES, Evaluator, compiles, unwrap
+from cspcheck.cspm.evaluator.core import VALUES, Evaluator, unwrap
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.naming.symbols import SymbolKind
 from cspcheck.cspm.source import Span
@@ -78,7 +78,7 @@ def with_fields(evaluator: Evaluator, parts: list[syntax.Expr], frame: Frame, sp
     return several
 
 
-@compiles(VALUES, syntax.Dot)
+@VALUES(syntax.Dot)
 def _dot(evaluator: Evaluator, node: syntax.Dot, frame: Frame) -> Code:
     return with_fields(evaluator, dot_parts(node), frame, node.span) or _dot_in_general(evaluator, node, frame)
 

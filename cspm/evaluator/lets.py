@@ -11,7 +11,6 @@ from cspcheck.cspm.evaluator.core import (
     VALUES,
     Condition,
     Evaluator,
-    compiles,
 )
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.evaluator.patterns import compile_pattern
@@ -27,21 +26,21 @@ from cspcheck.cspm.values.thunks import Code, Env, Thunk
 from cspcheck.cspm.values.values import Function
 
 
-@compiles(VALUES, syntax.Let)
+@VALUES(syntax.Let)
 def _let(evaluator: Evaluator, node: syntax.Let, frame: Frame) -> Code:
     extend, inner = _definitions(evaluator, node, frame)
     body = evaluator.value(node.body, inner)
     return lambda env: body(extend(env))
 
 
-@compiles(PROCESSES, syntax.Let)
+@PROCESSES(syntax.Let)
 def _process_let(evaluator: Evaluator, node: syntax.Let, frame: Frame) -> Code:
     extend, inner = _definitions(evaluator, node, frame)
     body = evaluator.process(node.body, inner)
     return lambda env: body(extend(env))
 
 
-@compiles(CONDITIONS, syntax.Let)
+@CONDITIONS(syntax.Let)
 def _condition_let(evaluator: Evaluator, node: syntax.Let, frame: Frame) -> Condition:
     extend, inner = _definitions(evaluator, node, frame)
     body = evaluator.condition(node.body, inner)

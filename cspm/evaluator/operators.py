@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from cspcheck.cspm.evaluator.builtins_data import append, length
-from cspcheck.cspm.evaluator.core import CONDITIONS, DELAYED, VALUES, Condition, Evaluator, compiles, unwrap
+from cspcheck.cspm.evaluator.core import CONDITIONS, DELAYED, VALUES, Condition, Evaluator, unwrap
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
@@ -20,8 +20,8 @@ from cspcheck.cspm.values.values import FALSE, TRUE, Sequence, string
 # --- literals ------------------------------------------------------------------------------------------------
 
 
-@compiles(VALUES, syntax.LiteralExpr)
-@compiles(DELAYED, syntax.LiteralExpr)
+@VALUES(syntax.LiteralExpr)
+@DELAYED(syntax.LiteralExpr)
 def _literal(evaluator: Evaluator, node: syntax.LiteralExpr, frame: Frame) -> Code:
     value: Any = node.value
     if node.kind == "bool":
@@ -159,7 +159,7 @@ def _located(compare: Callable[[], bool], span: Span) -> bool:
         raise
 
 
-@compiles(CONDITIONS, syntax.Binary)
+@CONDITIONS(syntax.Binary)
 def _condition(evaluator: Evaluator, node: syntax.Binary, frame: Frame) -> Condition:
     symbol = node.operator
     if symbol == "and":
@@ -221,7 +221,7 @@ def _order(node: syntax.Binary, left: Code, right: Code) -> Condition:
     return test
 
 
-@compiles(VALUES, syntax.Binary)
+@VALUES(syntax.Binary)
 def _binary(evaluator: Evaluator, node: syntax.Binary, frame: Frame) -> Code:
     if node.operator in _ARITHMETIC:
         return _arithmetic(evaluator, node, frame)
@@ -231,7 +231,7 @@ def _binary(evaluator: Evaluator, node: syntax.Binary, frame: Frame) -> Code:
     return lambda env: TRUE if condition(env) else FALSE
 
 
-@compiles(CONDITIONS, syntax.Unary)
+@CONDITIONS(syntax.Unary)
 def _condition_unary(evaluator: Evaluator, node: syntax.Unary, frame: Frame) -> Condition:
     if node.operator == "not":
         condition = evaluator.condition(node.operand, frame)
@@ -245,7 +245,7 @@ def _condition_unary(evaluator: Evaluator, node: syntax.Unary, frame: Frame) -> 
     return test
 
 
-@compiles(VALUES, syntax.Unary)
+@VALUES(syntax.Unary)
 def _unary(evaluator: Evaluator, node: syntax.Unary, frame: Frame) -> Code:
     if node.operator == "not":
         condition = evaluator.condition(node.operand, frame)
@@ -315,7 +315,7 @@ def _concatenation(evaluator: Evaluator, node: syntax.Binary, frame: Frame) -> C
 # --- what need not be delayed --------------------------------------------------------------------------------
 
 
-@compiles(DELAYED, syntax.Binary)
+@DELAYED(syntax.Binary)
 def _delayed_binary(evaluator: Evaluator, node: syntax.Binary, frame: Frame) -> Code:
     """Sums, differences, products and comparisons of numbers that are there already are worked out at once."""
     delay = evaluator.thunk(node, frame)
@@ -360,7 +360,7 @@ def _arithmetic_slots(evaluator: Evaluator, node: syntax.Expr, frame: Frame) -> 
     return tuple(found)
 
 
-@compiles(DELAYED, syntax.Unary)
+@DELAYED(syntax.Unary)
 def _delayed_unary(evaluator: Evaluator, node: syntax.Unary, frame: Frame) -> Code:
     if node.operator == "-" and _number(node.operand) is not None:
         return _unary(evaluator, node, frame)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from cspcheck.cspm.evaluator.core import PROCESSES, VALUES, Evaluator, compiles
+from cspcheck.cspm.evaluator.core import PROCESSES, VALUES, Evaluator
 from cspcheck.cspm.evaluator.dotting import dot_parts, with_fields
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.evaluator.free import mentioned
@@ -78,8 +78,8 @@ def _number(branch: tuple[int, Process]) -> int:
     return branch[0]
 
 
-@compiles(PROCESSES, syntax.Prefix)
-@compiles(VALUES, syntax.Prefix)
+@PROCESSES(syntax.Prefix)
+@VALUES(syntax.Prefix)
 def _prefix(evaluator: Evaluator, node: syntax.Prefix, frame: Frame) -> Callable[[Env], Process]:
     span = node.channel.span
     timing = frame.timing

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from cspcheck.cspm.evaluator.comprehensions import collect_processes
-from cspcheck.cspm.evaluator.core import PROCESSES, VALUES, Evaluator, compiles, unwrap
+from cspcheck.cspm.evaluator.core import PROCESSES, VALUES, Evaluator, unwrap
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.evaluator.timed import timed_stop, tocks
 from cspcheck.cspm.process import terms as process
@@ -24,8 +24,8 @@ ProcessCode = Callable[[Env], Process]
 NO_EVENTS = EventSet()
 
 
-@compiles(PROCESSES, syntax.Guard)
-@compiles(VALUES, syntax.Guard)
+@PROCESSES(syntax.Guard)
+@VALUES(syntax.Guard)
 def _guard(evaluator: Evaluator, node: syntax.Guard, frame: Frame) -> ProcessCode:
     condition = evaluator.condition(node.condition, frame)
     body = evaluator.process(node.body, frame)
@@ -48,8 +48,8 @@ def _chain(node: syntax.ProcessBinary) -> list[syntax.Expr]:
     return operands
 
 
-@compiles(PROCESSES, syntax.ProcessBinary)
-@compiles(VALUES, syntax.ProcessBinary)
+@PROCESSES(syntax.ProcessBinary)
+@VALUES(syntax.ProcessBinary)
 def _binary(evaluator: Evaluator, node: syntax.ProcessBinary, frame: Frame) -> ProcessCode:
     timing = frame.timing
     if node.operator in ("[]", "|~|", "|||"):
@@ -101,8 +101,8 @@ def _with_tock(events: Callable[[Env], EventSet], frame: Frame) -> Callable[[Env
     return lambda env: events(env) | tocks(timing)
 
 
-@compiles(PROCESSES, syntax.Synchronised)
-@compiles(VALUES, syntax.Synchronised)
+@PROCESSES(syntax.Synchronised)
+@VALUES(syntax.Synchronised)
 def _synchronised(evaluator: Evaluator, node: syntax.Synchronised, frame: Frame) -> ProcessCode:
     left = evaluator.process(node.left, frame)
     right = evaluator.process(node.right, frame)
@@ -119,8 +119,8 @@ def _synchronised(evaluator: Evaluator, node: syntax.Synchronised, frame: Frame)
             return lambda env: process.Throw(left(env), written(env), right(env))
 
 
-@compiles(PROCESSES, syntax.AlphabetisedParallel)
-@compiles(VALUES, syntax.AlphabetisedParallel)
+@PROCESSES(syntax.AlphabetisedParallel)
+@VALUES(syntax.AlphabetisedParallel)
 def _alphabetised(evaluator: Evaluator, node: syntax.AlphabetisedParallel, frame: Frame) -> ProcessCode:
     left = evaluator.process(node.left, frame)
     right = evaluator.process(node.right, frame)
@@ -133,8 +133,8 @@ def _alphabetised(evaluator: Evaluator, node: syntax.AlphabetisedParallel, frame
     return run
 
 
-@compiles(PROCESSES, syntax.Hide)
-@compiles(VALUES, syntax.Hide)
+@PROCESSES(syntax.Hide)
+@VALUES(syntax.Hide)
 def _hide(evaluator: Evaluator, node: syntax.Hide, frame: Frame) -> ProcessCode:
     inner = evaluator.process(node.process, frame)
     events = evaluator.events(node.events, frame)
@@ -209,8 +209,8 @@ def _pairs(
     return lambda env: [pair for found in each(env) for pair in found]
 
 
-@compiles(PROCESSES, syntax.Rename)
-@compiles(VALUES, syntax.Rename)
+@PROCESSES(syntax.Rename)
+@VALUES(syntax.Rename)
 def _rename(evaluator: Evaluator, node: syntax.Rename, frame: Frame) -> ProcessCode:
     inner = evaluator.process(node.process, frame)
     pairs = _pairs(evaluator, node.pairs, node.statements, frame)
@@ -229,8 +229,8 @@ def _links(evaluator: Evaluator, found: list[tuple[int, int]], span: Span) -> tu
     return links
 
 
-@compiles(PROCESSES, syntax.LinkedParallel)
-@compiles(VALUES, syntax.LinkedParallel)
+@PROCESSES(syntax.LinkedParallel)
+@VALUES(syntax.LinkedParallel)
 def _linked(evaluator: Evaluator, node: syntax.LinkedParallel, frame: Frame) -> ProcessCode:
     left = evaluator.process(node.left, frame)
     right = evaluator.process(node.right, frame)
@@ -242,8 +242,8 @@ def _linked(evaluator: Evaluator, node: syntax.LinkedParallel, frame: Frame) -> 
 # --- replicated operators ------------------------------------------------------------------------------------
 
 
-@compiles(PROCESSES, syntax.Replicated)
-@compiles(VALUES, syntax.Replicated)
+@PROCESSES(syntax.Replicated)
+@VALUES(syntax.Replicated)
 def _replicated(evaluator: Evaluator, node: syntax.Replicated, frame: Frame) -> ProcessCode:
     if node.operator == "||":
         return _replicated_alphabetised(evaluator, node, frame)

@@ -11,7 +11,6 @@ from cspcheck.cspm.evaluator.core import (
     PROCESSES,
     VALUES,
     Evaluator,
-    compiles,
 )
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.evaluator.routines import Routine, passed
@@ -25,7 +24,7 @@ from cspcheck.cspm.values.failure import Failure
 from cspcheck.cspm.values.thunks import Code, Env, Thunk
 
 
-@compiles(VALUES, syntax.Name)
+@VALUES(syntax.Name)
 def _name(evaluator: Evaluator, node: syntax.Name, frame: Frame) -> Code:
     symbol = evaluator.names.symbol(node)
     slot = frame.slots.get(symbol)
@@ -99,7 +98,7 @@ def _builtin(evaluator: Evaluator, symbol: Symbol, frame: Frame, span: Span) -> 
     return lambda env: value
 
 
-@compiles(PROCESSES, syntax.Name)
+@PROCESSES(syntax.Name)
 def _process_name(evaluator: Evaluator, node: syntax.Name, frame: Frame) -> Callable[[Env], Process]:
     symbol = evaluator.names.symbol(node)
     span = node.span
@@ -152,7 +151,7 @@ def _local_process(routine: Routine, slot: int) -> Callable[[Env], Process]:
     return get
 
 
-@compiles(DELAYED, syntax.Name)
+@DELAYED(syntax.Name)
 def _delayed_name(evaluator: Evaluator, node: syntax.Name, frame: Frame) -> Code:
     symbol = evaluator.names.symbol(node)
     slot = frame.slots.get(symbol)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from typing import Any, TypeAlias
+from typing import Any, Final, TypeAlias
 
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
 from cspcheck.cspm.naming import messages as messages
@@ -21,6 +21,7 @@ from cspcheck.cspm.recursion import deep_recursion
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.spelling import suggestions
 from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.syntax.dispatch import Dispatch
 
 __all__ = ["Names", "Symbol", "SymbolKind", "resolve", "resolve_more"]
 
@@ -60,6 +61,10 @@ Places: TypeAlias = dict[str, list[tuple[int, Span, bool]]]
 """Where each name of a scope is declared: the number of the declaration, its place, and whether it is a function."""
 
 
+TIES: Final = Dispatch[Callable[[Any, Any, Scope], None]]("tie the names of")
+"""How the names in a node are tied, by its form."""
+
+
 class _TooMany(Exception):
     pass
 
@@ -72,11 +77,6 @@ class _Resolver:
         self.diagnostics: list[Diagnostic] = []
         self._module_scopes: dict[int, Scope] = {}
         self.has_classes = False
-        self._visitors: dict[type[syntax.Node], Callable[[Any, Scope], None]] = {
-            kind: getattr(self, f"_visit_{kind.__name__.lower()}")
-            for kind in vars(syntax).values()
-            if isinstance(kind, type) and hasattr(self, f"_visit_{kind.__name__.lower()}")
-        }
 
     def report(self, diagnostic: Diagnostic) -> None:
         if diagnostic not in self.diagnostics:
@@ -252,9 +252,9 @@ class _Resolver:
 
     def visit(self, node: syntax.Node, scope: Scope) -> None:
         """Tie all names in *node*."""
-        visitor = self._visitors.get(type(node))
-        if visitor is not None:
-            visitor(node, scope)
+        tie = TIES.get(type(node))
+        if tie is not None:
+            tie(self, node, scope)
         elif isinstance(node, syntax.Foreign):
             self._visit_all(node.names, scope)
         elif isinstance(node, syntax.ModuleDeclaration):  # of a class
@@ -265,6 +265,7 @@ class _Resolver:
         for node in nodes:
             self.visit(node, scope)
 
+    @TIES(syntax.Name)
     def _visit_name(self, node: syntax.Name, scope: Scope) -> None:
         try:
             symbol = self.lookup.find(scope, node.parts, node.span)
@@ -281,58 +282,64 @@ class _Resolver:
             return
         self.names._record(node, symbol)
 
+    @TIES(syntax.LiteralExpr)
     def _visit_literalexpr(self, node: syntax.LiteralExpr, scope: Scope) -> None:
         pass
 
+    @TIES(syntax.Paren)
     def _visit_paren(self, node: syntax.Paren, scope: Scope) -> None:
         self.visit(node.inner, scope)
 
+    @TIES(syntax.TupleExpr)
     def _visit_tupleexpr(self, node: syntax.TupleExpr, scope: Scope) -> None:
         self._visit_all(node.items, scope)
 
+    @TIES(syntax.SetExpr, syntax.SequenceExpr, syntax.Productions)
     def _visit_comprehension(
         self, node: syntax.SetExpr | syntax.SequenceExpr | syntax.Productions, scope: Scope
     ) -> None:
         self._visit_all(node.items, self._statements(node.statements or (), scope))
 
-    _visit_setexpr = _visit_sequenceexpr = _visit_productions = _visit_comprehension
-
+    @TIES(syntax.SetRange, syntax.SequenceRange)
     def _visit_range(self, node: syntax.SetRange | syntax.SequenceRange, scope: Scope) -> None:
         inner = self._statements(node.statements or (), scope)
         self.visit(node.low, inner)
         if node.high is not None:
             self.visit(node.high, inner)
 
-    _visit_setrange = _visit_sequencerange = _visit_range
-
+    @TIES(syntax.MapExpr)
     def _visit_mapexpr(self, node: syntax.MapExpr, scope: Scope) -> None:
         for key, value in node.items:
             self.visit(key, scope)
             self.visit(value, scope)
 
+    @TIES(syntax.Binary, syntax.Dot, syntax.ProcessBinary)
     def _visit_two(self, node: syntax.Binary | syntax.Dot | syntax.ProcessBinary, scope: Scope) -> None:
         self.visit(node.left, scope)
         self.visit(node.right, scope)
 
-    _visit_binary = _visit_dot = _visit_processbinary = _visit_two
-
+    @TIES(syntax.Unary)
     def _visit_unary(self, node: syntax.Unary, scope: Scope) -> None:
         self.visit(node.operand, scope)
 
+    @TIES(syntax.Apply)
     def _visit_apply(self, node: syntax.Apply, scope: Scope) -> None:
         self.visit(node.function, scope)
         self._visit_all(node.arguments, scope)
 
+    @TIES(syntax.Lambda)
     def _visit_lambda(self, node: syntax.Lambda, scope: Scope) -> None:
         inner = scope.within()
         self._bind(node.parameters, inner, "parameter list")
         self.visit(node.body, inner)
 
+    @TIES(syntax.If)
     def _visit_if(self, node: syntax.If, scope: Scope) -> None:
         self.visit(node.condition, scope)
         self.visit(node.then, scope)
         self.visit(node.otherwise, scope)
 
+    @TIES(syntax.Let)
     def _visit_let(self, node: syntax.Let, scope: Scope) -> None:
         inner = scope.within()
         self._declare(node.declarations, inner, local=True)
@@ -341,6 +348,7 @@ class _Resolver:
 
     # --- visiting processes ---------------------------------------------------------------------------------
 
+    @TIES(syntax.Prefix)
     def _visit_prefix(self, node: syntax.Prefix, scope: Scope) -> None:
         self.visit(node.channel, scope)
         bound: dict[str, Span] = {}
@@ -371,37 +379,45 @@ class _Resolver:
                 scope = inner
         self.visit(node.body, scope)
 
+    @TIES(syntax.Guard)
     def _visit_guard(self, node: syntax.Guard, scope: Scope) -> None:
         self.visit(node.condition, scope)
         self.visit(node.body, scope)
 
+    @TIES(syntax.Synchronised)
     def _visit_synchronised(self, node: syntax.Synchronised, scope: Scope) -> None:
         self._visit_all((node.left, node.events, node.right), scope)
 
+    @TIES(syntax.AlphabetisedParallel)
     def _visit_alphabetisedparallel(self, node: syntax.AlphabetisedParallel, scope: Scope) -> None:
         self._visit_all((node.left, node.left_alphabet, node.right_alphabet, node.right), scope)
 
+    @TIES(syntax.ClassParallel)
     def _visit_classparallel(self, node: syntax.ClassParallel, scope: Scope) -> None:
         if not self.has_classes:
-            from cspcheck.cspm.oz.reading.messages import composition_without_classes
+            from cspcheck.cspm.parsing.class_messages import composition_without_classes
 
             between = node.span.source.text.find("||", node.left.span.end, node.right.span.start)
             self.report(composition_without_classes(node.span.source.span(between, between + 2)))
         self._visit_all((node.left, node.right), scope)
 
+    @TIES(syntax.LinkedParallel)
     def _visit_linkedparallel(self, node: syntax.LinkedParallel, scope: Scope) -> None:
         if scope.timed:
             self.report(messages.not_in_timed_section("a linked parallel", node.span))
         self._visit_all((node.left, node.right), scope)
         self._pairs(node.links, self._statements(node.statements or (), scope))
 
+    @TIES(syntax.Hide)
     def _visit_hide(self, node: syntax.Hide, scope: Scope) -> None:
         self._visit_all((node.process, node.events), scope)
 
+    @TIES(syntax.Rename)
     def _visit_rename(self, node: syntax.Rename, scope: Scope) -> None:
         self.visit(node.process, scope)
         self._pairs(node.pairs, self._statements(node.statements or (), scope))
 
+    @TIES(syntax.Replicated)
     def _visit_replicated(self, node: syntax.Replicated, scope: Scope) -> None:
         if node.operator == "<->" and scope.timed:
             self.report(messages.not_in_timed_section("a linked parallel", node.span))
@@ -429,6 +445,7 @@ class _Resolver:
 
     # --- visiting declarations ------------------------------------------------------------------------------
 
+    @TIES(syntax.FunctionDefinition)
     def _visit_functiondefinition(self, node: syntax.FunctionDefinition, scope: Scope) -> None:
         first = node.clauses[0]
         shape = [len(group) for group in first.groups]
@@ -442,6 +459,7 @@ class _Resolver:
             self._bind((p for group in clause.groups for p in group), inner, "parameter list")
             self.visit(clause.body, inner)
 
+    @TIES(syntax.PatternDefinition)
     def _visit_patterndefinition(self, node: syntax.PatternDefinition, scope: Scope) -> None:
         pattern = _unwrap(node.pattern)
         if not isinstance(pattern, syntax.NamePattern):
@@ -452,10 +470,12 @@ class _Resolver:
             self._constructor(pattern, scope)
         self.visit(node.body, scope)
 
+    @TIES(syntax.ChannelDeclaration)
     def _visit_channeldeclaration(self, node: syntax.ChannelDeclaration, scope: Scope) -> None:
         if node.fields is not None:
             self.visit(node.fields, scope)
 
+    @TIES(syntax.DatatypeDeclaration)
     def _visit_datatypedeclaration(self, node: syntax.DatatypeDeclaration, scope: Scope) -> None:
         for constructor in node.constructors:
             if node.subtype:
@@ -469,23 +489,29 @@ class _Resolver:
             if constructor.fields is not None:
                 self.visit(constructor.fields, scope)
 
+    @TIES(syntax.NametypeDeclaration)
     def _visit_nametypedeclaration(self, node: syntax.NametypeDeclaration, scope: Scope) -> None:
         self.visit(node.body, scope)
 
+    @TIES(syntax.ImportDeclaration)
     def _visit_importdeclaration(self, node: syntax.ImportDeclaration, scope: Scope) -> None:
         pass
 
+    @TIES(syntax.IncludeDeclaration)
     def _visit_includedeclaration(self, node: syntax.IncludeDeclaration, scope: Scope) -> None:
         self._visit_all(node.declarations, scope)
 
+    @TIES(syntax.PrintDeclaration)
     def _visit_printdeclaration(self, node: syntax.PrintDeclaration, scope: Scope) -> None:
         self.visit(node.expression, scope)
 
+    @TIES(syntax.ModuleDeclaration)
     def _visit_moduledeclaration(self, node: syntax.ModuleDeclaration, scope: Scope) -> None:
         inner = self._module_scopes[id(node)]
         self._visit_all(node.private, inner)
         self._visit_all(node.exported, inner)
 
+    @TIES(syntax.InstanceDeclaration)
     def _visit_instancedeclaration(self, node: syntax.InstanceDeclaration, scope: Scope) -> None:
         self._visit_all(node.arguments, scope)
         try:
@@ -500,6 +526,7 @@ class _Resolver:
         if expected != given:
             self.report(messages.module_argument_count(node.module.text, expected, given, node.span, declaration.span))
 
+    @TIES(syntax.TimedDeclaration)
     def _visit_timeddeclaration(self, node: syntax.TimedDeclaration, scope: Scope) -> None:
         if node.duration is not None:
             self.visit(node.duration, scope)
@@ -512,11 +539,13 @@ class _Resolver:
             self.names._tocks[id(node)] = tock
         self._visit_all(node.declarations, scope.in_timed_section())
 
+    @TIES(syntax.AnnotationDeclaration)
     def _visit_annotationdeclaration(self, node: syntax.AnnotationDeclaration, scope: Scope) -> None:
         self.visit(node.scheme.type, scope)
 
     # --- visiting types -------------------------------------------------------------------------------------
 
+    @TIES(syntax.TypeName)
     def _visit_typename(self, node: syntax.TypeName, scope: Scope) -> None:
         if len(node.parts) > 1:
             try:
@@ -528,35 +557,43 @@ class _Resolver:
         if symbol is not None and symbol.kind is SymbolKind.DATATYPE:
             self.names._record(node, symbol)
 
+    @TIES(syntax.SetType)
+    @TIES(syntax.SequenceType)
     def _visit_settype(self, node: syntax.SetType | syntax.SequenceType, scope: Scope) -> None:
         self.visit(node.element, scope)
 
-    _visit_sequencetype = _visit_settype
-
+    @TIES(syntax.TupleType)
     def _visit_tupletype(self, node: syntax.TupleType, scope: Scope) -> None:
         self._visit_all(node.items, scope)
 
+    @TIES(syntax.MapType)
     def _visit_maptype(self, node: syntax.MapType, scope: Scope) -> None:
         self._visit_all((node.key, node.value), scope)
 
+    @TIES(syntax.FunctionType)
     def _visit_functiontype(self, node: syntax.FunctionType, scope: Scope) -> None:
         self._visit_all((*node.parameters, node.result), scope)
 
+    @TIES(syntax.DotType)
     def _visit_dottype(self, node: syntax.DotType, scope: Scope) -> None:
         self._visit_all((node.left, node.right), scope)
 
+    @TIES(syntax.DotableType)
     def _visit_dotabletype(self, node: syntax.DotableType, scope: Scope) -> None:
         self._visit_all((node.argument, node.result), scope)
 
     # --- visiting assertions --------------------------------------------------------------------------------
 
+    @TIES(syntax.AssertDeclaration)
     def _visit_assertdeclaration(self, node: syntax.AssertDeclaration, scope: Scope) -> None:
         self.visit(node.assertion, scope)
 
+    @TIES(syntax.Refinement)
     def _visit_refinement(self, node: syntax.Refinement, scope: Scope) -> None:
         self._visit_all((node.specification, node.implementation), scope)
         self._options(node.options, scope)
 
+    @TIES(syntax.Property)
     def _visit_property(self, node: syntax.Property, scope: Scope) -> None:
         self.visit(node.process, scope)
         if node.trace is not None:
@@ -568,9 +605,11 @@ class _Resolver:
             if option.events is not None:
                 self.visit(option.events, scope)
 
+    @TIES(syntax.BooleanAssertion)
     def _visit_booleanassertion(self, node: syntax.BooleanAssertion, scope: Scope) -> None:
         self.visit(node.condition, scope)
 
+    @TIES(syntax.NotAssertion)
     def _visit_notassertion(self, node: syntax.NotAssertion, scope: Scope) -> None:
         self.visit(node.inner, scope)
 

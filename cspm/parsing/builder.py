@@ -12,7 +12,8 @@ from collections.abc import Callable
 from typing import Any, Final, cast
 
 from cspcheck.cspm.diagnostics import Diagnostic
-from cspcheck.cspm.parsing import messages as messages
+from cspcheck.cspm.notation import extension
+from cspcheck.cspm.parsing import class_messages, messages as messages
 from cspcheck.cspm.parsing.declarations import Clauses, group
 from cspcheck.cspm.parsing.lexer import Tokens, property_words
 from cspcheck.cspm.parsing.patterns import BothExpr, WildcardExpr, to_pattern
@@ -169,9 +170,7 @@ class Tree(Types):
         return s.AnnotationDeclaration(span=span, names=tuple(names), scheme=scheme)
 
     def paragraph(self, span: Span, token: int) -> s.Declaration:
-        from cspcheck.cspm.oz.reading.parser import parse_paragraph
-
-        found, errors = parse_paragraph(span.source, span.start, span.end)
+        found, errors = extension().paragraph(span.source, span.start, span.end)
         self.errors += errors
         return found
 
@@ -217,10 +216,8 @@ class Tree(Types):
         )
 
     def obligations(self, span: Span, subject: s.Expr, sign: int, operation: int | None = None) -> s.Assertion:
-        from cspcheck.cspm.oz.syntax import Obligations
-
         words, _ = property_words(self.tokens.text(sign))
-        return Obligations(
+        return extension().obligations(
             span=span,
             subject=self._class_name(subject),
             obligation=None if words == "obligations" else words,
@@ -228,9 +225,7 @@ class Tree(Types):
         )
 
     def subtype_claim(self, span: Span, parent: s.Expr, sign: int, child: int) -> s.Assertion:
-        from cspcheck.cspm.oz.syntax import Subtype
-
-        return Subtype(
+        return extension().subtype(
             span=span,
             parent=self._class_name(parent),
             child=self.declared_name(self.tokens.span(child), child),
@@ -246,13 +241,10 @@ class Tree(Types):
         retrieve: int,
         direction: int | None = None,
     ) -> s.Assertion:
-        from cspcheck.cspm.oz.reading import messages as classes_syntax
-        from cspcheck.cspm.oz.syntax import DataRefinement
-
         words = "downward" if direction is None else property_words(self.tokens.text(direction))[0]
         if direction is not None and words not in ("upward", "downward"):
-            self._refuse(classes_syntax.unknown_direction(self.tokens.span(direction), words))
-        return DataRefinement(
+            self._refuse(class_messages.unknown_direction(self.tokens.span(direction), words))
+        return extension().data_refinement(
             span=span,
             abstract=self._class_name(abstract),
             concrete=self.declared_name(self.tokens.span(concrete), concrete),
@@ -263,9 +255,7 @@ class Tree(Types):
     def _class_name(self, subject: s.Expr) -> s.NameDeclaration:
         if isinstance(subject, s.Name) and len(subject.parts) == 1:
             return s.NameDeclaration(span=subject.span, name=subject.parts[0])
-        from cspcheck.cspm.oz.reading import messages as classes_syntax
-
-        self._refuse(classes_syntax.no_class_name(subject.span))
+        self._refuse(class_messages.no_class_name(subject.span))
         return s.NameDeclaration(span=subject.span, name="_")
 
     def boolean(self, span: Span, condition: s.Expr) -> s.BooleanAssertion:

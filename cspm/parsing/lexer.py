@@ -26,6 +26,7 @@ from dataclasses import dataclass, field
 from typing import Final, Literal
 
 from cspcheck.cspm.diagnostics import Diagnostic
+from cspcheck.cspm.notation import extension
 from cspcheck.cspm.parsing import lexing_messages as lexing
 from cspcheck.cspm.source import Source, Span
 from cspcheck.cspm.spelling import suggestions
@@ -418,13 +419,7 @@ def _paragraph(tokens: Tokens, begin: int, end: int, *, free: bool) -> int | Non
     text = tokens.source.text
     if text[begin:end] not in PARAGRAPH_WORDS and not _DEFINES.match(text, end):
         return None
-    from cspcheck.cspm.oz.reading.lexer import ABBREVIATION, PARAGRAPH, extent
-
-    if not PARAGRAPH.match(text, begin) and not (free and ABBREVIATION.match(text, begin)):
-        return None
-    found = extent(tokens.source, begin)
-    tokens.comments.extend(found.comments)
-    return found.end
+    return extension().paragraph_end(tokens, begin, free=free)
 
 
 def _block_comment(tokens: Tokens, begin: int) -> int:

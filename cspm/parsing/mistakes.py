@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 from cspcheck.cspm.diagnostics import Diagnostic, Label
-from cspcheck.cspm.parsing import messages as messages
+from cspcheck.cspm.parsing import class_messages, messages as messages
 from cspcheck.cspm.parsing.builder import MOST_MISTAKES, Tree
 from cspcheck.cspm.parsing.driver import Open, Unexpected, accepts, expected, run, stack_before
 from cspcheck.cspm.parsing.lexer import (
@@ -407,9 +407,7 @@ class _Situation:
         tokens = self.tokens
         first = self._declaration_start()
         if tokens.text(first) == "end" and self.index == first + 1 and "PARAGRAPH" in tokens.kinds:
-            from cspcheck.cspm.oz.reading import messages as classes_syntax
-
-            return classes_syntax.end_too_many(tokens.span(first))
+            return class_messages.end_too_many(tokens.span(first))
         if tokens.kinds[first] == "QUALIFIED" and self.index == first + 1:
             return messages.annotation_without_blank(tokens.span(first))
         depth = 0

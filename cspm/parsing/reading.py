@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Final, Literal
 
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
+from cspcheck.cspm.notation import extension
 from cspcheck.cspm.parsing import lexing_messages as lexing, messages as messages, mistakes as parser_mistakes
 from cspcheck.cspm.parsing.builder import MOST_MISTAKES, Tree
 from cspcheck.cspm.parsing.driver import Unexpected, run
@@ -199,9 +200,7 @@ class _Files:
             self.open.pop()
 
     def _document(self, source: Source) -> s.Script | None:
-        from cspcheck.cspm.oz.reading.latex_reader import Document
-
-        document = Document(source, self._include)
+        document = extension().document(source, self._include)
         self.errors += sorted(document.errors, key=_position)[:MOST_MISTAKES]
         self.remarks += document.remarks
         return document.script()

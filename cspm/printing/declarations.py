@@ -5,16 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
+from cspcheck.cspm.notation import extension
 from cspcheck.cspm.printing.brackets import ANYWHERE, Place, after_colon, bracketed, commas, enclosed
-from cspcheck.cspm.printing.expressions import Expressions, Printing
+from cspcheck.cspm.printing.expressions import PRINTS, Expressions, Printing
 from cspcheck.cspm.printing.layout import HARD, LINE, SOFT, Doc, cat, group, join, nest
-from cspcheck.cspm.recursion import deep_recursion
 from cspcheck.cspm.syntax import tree as s
-
-if TYPE_CHECKING:
-    from cspcheck.cspm.oz import syntax as z
 
 # How loosely a type may bind in a place.
 _SIMPLE: Final = Place(1)
@@ -57,19 +54,17 @@ class Printer(Expressions):
     # --- Object-Z --------------------------------------------------------------------------------------------
 
     def _paragraph(self, node: s.Paragraph) -> Printing:
-        from cspcheck.cspm.oz.syntax import Class
-        from cspcheck.cspm.oz.writing.printer import Paragraphs
+        return (yield from extension().print_paragraph(node, self))
 
-        equations: list[Doc] = []
-        if isinstance(node, Class):
-            for equation in node.equations:
-                equations.append((yield equation, ANYWHERE))
-        printer = Paragraphs(self.symbols, self._broken, self._separate)
-        printer.from_source = self._breaks is not None
-        with deep_recursion():
-            return printer.paragraph(node, equations)
+    def _claim(self, node: s.Assertion) -> Doc:
+        return extension().print_claim(node)
 
-    def _separate(self, first: s.Node, second: s.Node) -> bool:
+    @property
+    def from_source(self) -> bool:
+        """Whether the layout follows that of a source."""
+        return self._breaks is not None
+
+    def separate(self, first: s.Node, second: s.Node) -> bool:
         """Whether two conjuncts of a branch stand on lines of their own in the source, with no `and` between."""
         if self._breaks is None:
             return False
@@ -78,9 +73,11 @@ class Printer(Expressions):
 
     # --- scripts and definitions -----------------------------------------------------------------------------
 
+    @PRINTS(s.Script)
     def _print_script(self, node: s.Script, place: Place) -> Printing:
         return (yield from self.lines(node.declarations))
 
+    @PRINTS(s.FunctionDefinition)
     def _print_function_definition(self, node: s.FunctionDefinition, place: Place) -> Printing:
         clauses: list[Doc] = []
         for clause in node.clauses:
@@ -90,6 +87,7 @@ class Printer(Expressions):
             clauses.append((yield from self._definition(cat(*parts), clause, clause.body)))
         return join(HARD, clauses)
 
+    @PRINTS(s.PatternDefinition)
     def _print_pattern_definition(self, node: s.PatternDefinition, place: Place) -> Printing:
         head = yield node.pattern, ANYWHERE
         return (yield from self._definition(head, node.pattern, node.body))
@@ -100,10 +98,12 @@ class Printer(Expressions):
             return cat(head, " = ", doc)
         return group(head, " =", nest(cat(LINE, doc)))
 
+    @PRINTS(s.AnnotationDeclaration)
     def _print_annotation_declaration(self, node: s.AnnotationDeclaration, place: Place) -> Printing:
         names = ", ".join(name.name for name in node.names)
         return group(names, " ::", nest(cat(LINE, (yield node.scheme, ANYWHERE))))
 
+    @PRINTS(s.ChannelDeclaration)
     def _print_channel_declaration(self, node: s.ChannelDeclaration, place: Place) -> Printing:
         names = commas_filled([name.name for name in node.names])
         if node.fields is None:
@@ -111,34 +111,41 @@ class Printer(Expressions):
         fields = yield node.fields, ANYWHERE
         return group("channel ", nest(names, 4), " :", nest(cat(LINE, after_colon(fields)), 4))
 
+    @PRINTS(s.DatatypeDeclaration)
     def _print_datatype_declaration(self, node: s.DatatypeDeclaration, place: Place) -> Printing:
         constructors: list[Doc] = []
         for constructor in node.constructors:
             constructors.append((yield constructor, ANYWHERE))
         keyword = "subtype" if node.subtype else "datatype"
-        broken = any(self._broken(*two) for two in pairwise(node.constructors))
+        broken = any(self.broken(*two) for two in pairwise(node.constructors))
         return group(f"{keyword} {node.name} =", nest(cat(LINE, join(cat(LINE, "| "), constructors))), broken=broken)
 
+    @PRINTS(s.Constructor)
     def _print_constructor(self, node: s.Constructor, place: Place) -> Doc | Printing:
         return node.name if node.fields is None else self._constructor(node.name, node.fields)
 
     def _constructor(self, name: str, fields: s.Expr) -> Printing:
         return cat(f"{name}.", (yield fields, Place(tight=True)))
 
+    @PRINTS(s.NametypeDeclaration)
     def _print_nametype_declaration(self, node: s.NametypeDeclaration, place: Place) -> Printing:
         return group(f"nametype {node.name} =", nest(cat(LINE, (yield node.body, ANYWHERE))))
 
+    @PRINTS(s.ImportDeclaration)
     def _print_import_declaration(self, node: s.ImportDeclaration, place: Place) -> Doc:
         return cat(f"{node.kind} ", nest(commas_filled([name.name for name in node.names]), 4))
 
+    @PRINTS(s.IncludeDeclaration)
     def _print_include_declaration(self, node: s.IncludeDeclaration, place: Place) -> Doc:
         return f'include "{node.path}"'
 
+    @PRINTS(s.PrintDeclaration)
     def _print_print_declaration(self, node: s.PrintDeclaration, place: Place) -> Printing:
         return cat("print ", nest((yield node.expression, ANYWHERE)))
 
     # --- modules and sections --------------------------------------------------------------------------------
 
+    @PRINTS(s.ModuleDeclaration)
     def _print_module_declaration(self, node: s.ModuleDeclaration, place: Place) -> Printing:
         header: Doc = f"module {node.name}"
         if node.parameters:
@@ -153,6 +160,7 @@ class Printer(Expressions):
             return ""
         return nest(cat(HARD, (yield from self.lines(declarations))))
 
+    @PRINTS(s.InstanceDeclaration)
     def _print_instance_declaration(self, node: s.InstanceDeclaration, place: Place) -> Printing:
         module = yield node.module, ANYWHERE
         if node.arguments:
@@ -160,6 +168,7 @@ class Printer(Expressions):
             module = cat(module, enclosed("(", arguments, ")", node.arguments))
         return cat(f"instance {node.name} = ", module)
 
+    @PRINTS(s.TimedDeclaration)
     def _print_timed_declaration(self, node: s.TimedDeclaration, place: Place) -> Printing:
         header: Doc = "Timed {"
         if node.duration is not None:
@@ -168,9 +177,11 @@ class Printer(Expressions):
 
     # --- assertions ------------------------------------------------------------------------------------------
 
+    @PRINTS(s.AssertDeclaration)
     def _print_assert_declaration(self, node: s.AssertDeclaration, place: Place) -> Printing:
         return cat("assert ", (yield node.assertion, ANYWHERE))
 
+    @PRINTS(s.NotAssertion)
     def _print_not_assertion(self, node: s.NotAssertion, place: Place) -> Printing:
         negations = 1
         inner: s.Assertion = node.inner
@@ -181,6 +192,7 @@ class Printer(Expressions):
         # Before a Boolean, `not` is an operator of the expression.
         return cat("not " * negations, bracketed(doc) if isinstance(inner, s.BooleanAssertion) else doc)
 
+    @PRINTS(s.Refinement)
     def _print_refinement(self, node: s.Refinement, place: Place) -> Printing:
         specification = yield from self._claimed(node.specification)
         implementation = yield node.implementation, ANYWHERE
@@ -189,6 +201,7 @@ class Printer(Expressions):
             specification, nest(cat(LINE, f"[{node.model}= ", nest(implementation), *(cat(LINE, o) for o in options)))
         )
 
+    @PRINTS(s.Property)
     def _print_property(self, node: s.Property, place: Place) -> Printing:
         process = yield from self._claimed(node.process)
         model = "" if node.model is None else f" [{node.model}]"
@@ -204,20 +217,11 @@ class Printer(Expressions):
         doc = yield process, ANYWHERE
         return bracketed(doc) if _begins_with_not(process) else doc
 
+    @PRINTS(s.BooleanAssertion)
     def _print_boolean_assertion(self, node: s.BooleanAssertion, place: Place) -> Printing:
         return (yield node.condition, ANYWHERE)
 
-    def _print_obligations(self, node: z.Obligations, place: Place) -> Doc:
-        operation = "" if node.operation is None else f": {node.operation.name}"
-        return f"{node.subject.name} :[{node.obligation or 'obligations'}]{operation}"
-
-    def _print_data_refinement(self, node: z.DataRefinement, place: Place) -> Doc:
-        direction = " :[upward]" if node.upward else ""
-        return f"{node.abstract.name} [OZ= {node.concrete.name} via {node.retrieve.name}{direction}"
-
-    def _print_subtype(self, node: z.Subtype, place: Place) -> Doc:
-        return f"{node.parent.name} [OZ= {node.child.name}"
-
+    @PRINTS(s.AssertOption)
     def _print_assert_option(self, node: s.AssertOption, place: Place) -> Doc | Printing:
         if node.events is not None:
             return self._priority(node.events)
@@ -228,6 +232,7 @@ class Printer(Expressions):
 
     # --- types -----------------------------------------------------------------------------------------------
 
+    @PRINTS(s.TypeScheme)
     def _print_type_scheme(self, node: s.TypeScheme, place: Place) -> Printing:
         body = yield node.type, ANYWHERE
         constraints = ", ".join(f"{c.constraint} {c.variable}" for c in node.constraints)
@@ -235,23 +240,29 @@ class Printer(Expressions):
             return body
         return cat(f"({constraints})" if len(node.constraints) > 1 else constraints, " => ", body)
 
+    @PRINTS(s.TypeName)
     def _print_type_name(self, node: s.TypeName, place: Place) -> Doc:
         return "::".join(node.parts)
 
+    @PRINTS(s.SetType)
     def _print_set_type(self, node: s.SetType, place: Place) -> Printing:
         return cat("{", (yield node.element, ANYWHERE), "}")
 
+    @PRINTS(s.SequenceType)
     def _print_sequence_type(self, node: s.SequenceType, place: Place) -> Printing:
         return cat("<", (yield node.element, ANYWHERE), ">")
 
+    @PRINTS(s.TupleType)
     def _print_tuple_type(self, node: s.TupleType, place: Place) -> Printing:
         return group("(", nest(cat(SOFT, commas((yield from self._items(node.items, ANYWHERE))))), SOFT, ")")
 
+    @PRINTS(s.MapType)
     def _print_map_type(self, node: s.MapType, place: Place) -> Printing:
         key = yield node.key, _DOTTED
         value = yield node.value, ANYWHERE
         return cat("(| ", key, " => ", value, " |)")
 
+    @PRINTS(s.FunctionType)
     def _print_function_type(self, node: s.FunctionType, place: Place) -> Printing:
         # (a) -> (b) -> c is nested to the right.
         parts: list[Doc] = []
@@ -263,6 +274,7 @@ class Printer(Expressions):
         doc = cat(*parts, (yield result, _DOTABLE))
         return bracketed(doc) if place.level <= _DOTABLE.level else doc
 
+    @PRINTS(s.DotableType)
     def _print_dotable_type(self, node: s.DotableType, place: Place) -> Printing:
         parts: list[Doc] = []
         result: s.TypeExpr = node
@@ -272,6 +284,7 @@ class Printer(Expressions):
         doc = cat(*parts, (yield result, _DOTABLE))
         return bracketed(doc) if place.level <= _DOTTED.level else doc
 
+    @PRINTS(s.DotType)
     def _print_dot_type(self, node: s.DotType, place: Place) -> Printing:
         parts: list[Doc] = []
         right: s.TypeExpr = node

@@ -16,11 +16,9 @@ is sent their documents; :func:`document` runs the generators on a stack of its 
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import replace
-from functools import cache
-from typing import Final, Protocol
+from typing import Any, Final, Protocol
 
 from cspcheck.cspm.parsing.precedence import PROCESS_LEVELS, SIGN_LEVELS, VALUE_LEVELS
 from cspcheck.cspm.printing.brackets import (
@@ -41,8 +39,12 @@ from cspcheck.cspm.printing.brackets import (
 )
 from cspcheck.cspm.printing.layout import HARD, LINE, SOFT, Doc, cat, first_text, group, nest, width
 from cspcheck.cspm.syntax import tree as s
+from cspcheck.cspm.syntax.dispatch import Dispatch
 
 Printing = Generator[tuple[s.Node, Place], Doc, Doc]
+
+PRINTS: Final = Dispatch[Callable[[Any, Any, Place], Any]]("print")
+"""The rules by the form of the node."""
 
 
 class Hint(Protocol):
@@ -86,44 +88,61 @@ class Expressions:
     def _print(self, node: s.Node, place: Place) -> Printing | Doc:
         if isinstance(node, s.Paragraph):
             return self._paragraph(node)
-        method: Callable[[s.Node, Place], Printing | Doc] = getattr(self, _method(type(node).__name__))
-        return method(node, place)
+        rule = PRINTS.get(type(node))
+        if rule is None and isinstance(node, s.Assertion):
+            return self._claim(node)
+        assert rule is not None
+        printed: Printing | Doc = rule(self, node, place)
+        return printed
+
+    def _claim(self, node: s.Assertion) -> Doc:
+        raise NotImplementedError  # about a declaration
 
     def _paragraph(self, node: s.Paragraph) -> Printing:
         raise NotImplementedError  # a declaration
 
-    def _broken(self, first: s.Node, second: s.Node, *, by_comment: bool = False) -> bool:
+    def broken(self, first: s.Node, second: s.Node, *, by_comment: bool = False) -> bool:
+        """Whether a line is to end between two nodes because one does in the source."""
         return self._breaks is not None and self._breaks(first, second, by_comment=by_comment)
 
     # --- operands --------------------------------------------------------------------------------------------
 
+    @PRINTS(s.Name)
     def _print_name(self, node: s.Name, place: Place) -> Doc:
         return node.text
 
+    @PRINTS(s.LiteralExpr)
     def _print_literal_expr(self, node: s.LiteralExpr, place: Place) -> Doc:
         text = literal(node.kind, node.value)
         return bracketed(text) if captures("-", place) and text.startswith("-") else text
 
+    @PRINTS(s.Paren)
     def _print_paren(self, node: s.Paren, place: Place) -> Printing:
         inner = yield node.inner, ANYWHERE
         return bracketed(inner)
 
+    @PRINTS(s.TupleExpr)
     def _print_tuple_expr(self, node: s.TupleExpr, place: Place) -> Printing:
         items = yield from self._items(node.items, ANYWHERE)
         return enclosed("(", items, ")", node.items)
 
+    @PRINTS(s.SetExpr)
     def _print_set_expr(self, node: s.SetExpr, place: Place) -> Printing:
         return (yield from self._comprehension("{", "}", node.items, node.statements, ANYWHERE))
 
+    @PRINTS(s.Productions)
     def _print_productions(self, node: s.Productions, place: Place) -> Printing:
         return (yield from self._comprehension("{|", "|}", node.items, node.statements, ANYWHERE))
 
+    @PRINTS(s.SequenceExpr)
     def _print_sequence_expr(self, node: s.SequenceExpr, place: Place) -> Printing:
         return (yield from self._comprehension("<", ">", node.items, node.statements, Place(in_sequence=True)))
 
+    @PRINTS(s.SetRange)
     def _print_set_range(self, node: s.SetRange, place: Place) -> Printing:
         return (yield from self._range("{", "}", node, ANYWHERE))
 
+    @PRINTS(s.SequenceRange)
     def _print_sequence_range(self, node: s.SequenceRange, place: Place) -> Printing:
         return (yield from self._range("<", ">", node, Place(in_sequence=True)))
 
@@ -154,6 +173,7 @@ class Expressions:
             parts.append(nest(cat(LINE, "| ", commas(conditions))))
         return enclosed(opening, [cat(*parts)], closing, ())
 
+    @PRINTS(s.MapExpr)
     def _print_map_expr(self, node: s.MapExpr, place: Place) -> Printing:
         if not node.items:
             return "(| |)"
@@ -170,6 +190,7 @@ class Expressions:
             docs.append((yield node, place))
         return docs
 
+    @PRINTS(s.Apply)
     def _print_apply(self, node: s.Apply, place: Place) -> Printing:
         # f(x)(y)(z) is nested to the left.
         calls = []
@@ -183,6 +204,7 @@ class Expressions:
             parts.append(enclosed("(", items, ")", arguments))
         return cat(*parts)
 
+    @PRINTS(s.Rename)
     def _print_rename(self, node: s.Rename, place: Place) -> Printing:
         renamings = []
         process: s.Expr = node
@@ -211,6 +233,7 @@ class Expressions:
 
     # --- operators on values ---------------------------------------------------------------------------------
 
+    @PRINTS(s.Unary)
     def _print_unary(self, node: s.Unary, place: Place) -> Printing:
         signs = []
         operand: s.Expr = node
@@ -227,6 +250,7 @@ class Expressions:
         doc = cat(*parts, inner)
         return bracketed(doc) if brackets else doc
 
+    @PRINTS(s.Binary)
     def _print_binary(self, node: s.Binary, place: Place) -> Printing:
         level = VALUE_LEVELS[node.operator]
         # Operators of one level associate to the left, comparisons not at all.
@@ -251,6 +275,7 @@ class Expressions:
         doc = group(first, nest(cat(*parts)))
         return bracketed(doc) if brackets else doc
 
+    @PRINTS(s.Dot)
     def _print_dot(self, node: s.Dot, place: Place) -> Printing:
         brackets = place.level < DOT
         inside = part_of(place, brackets, level=DOT - 1, begins_row=False, tight=True)
@@ -265,9 +290,11 @@ class Expressions:
 
     # --- processes -------------------------------------------------------------------------------------------
 
+    @PRINTS(s.Prefix)
     def _print_prefix(self, node: s.Prefix, place: Place) -> Printing:
         return (yield from self._steps(node, place))
 
+    @PRINTS(s.Guard)
     def _print_guard(self, node: s.Guard, place: Place) -> Printing:
         return (yield from self._steps(node, place))
 
@@ -292,11 +319,11 @@ class Expressions:
             step = step.body
         last = yield step, replace(inside, level=STEP)
         # One step to a line if the source has it so, else as many as fit.
-        column = len(edges) > 1 and all(self._broken(*edge) for edge in edges)
+        column = len(edges) > 1 and all(self.broken(*edge) for edge in edges)
         parts: list[Doc] = []
         hanging: Doc = ""
         for chunk, edge in zip([*chunks[1:], last], edges, strict=True):
-            broken = column or self._broken(*edge, by_comment=True)
+            broken = column or self.broken(*edge, by_comment=True)
             if chunk is last and isinstance(step, s.Paren) and not broken:
                 hanging = cat(" ", chunk)
             else:
@@ -304,6 +331,7 @@ class Expressions:
         doc = cat(chunks[0], nest(cat(*parts)), hanging)
         return bracketed(doc) if brackets else doc
 
+    @PRINTS(s.Field)
     def _print_field(self, node: s.Field, place: Place) -> Printing:
         if node.kind == "!":
             assert node.expression is not None
@@ -314,21 +342,27 @@ class Expressions:
             return cat(node.kind, pattern)
         return cat(node.kind, pattern, ":", (yield node.restriction, place))
 
+    @PRINTS(s.ProcessBinary)
     def _print_process_binary(self, node: s.ProcessBinary, place: Place) -> Printing:
         return (yield from self._row(node, place))
 
+    @PRINTS(s.Synchronised)
     def _print_synchronised(self, node: s.Synchronised, place: Place) -> Printing:
         return (yield from self._row(node, place))
 
+    @PRINTS(s.AlphabetisedParallel)
     def _print_alphabetised_parallel(self, node: s.AlphabetisedParallel, place: Place) -> Printing:
         return (yield from self._row(node, place))
 
+    @PRINTS(s.ClassParallel)
     def _print_class_parallel(self, node: s.ClassParallel, place: Place) -> Printing:
         return (yield from self._row(node, place))
 
+    @PRINTS(s.LinkedParallel)
     def _print_linked_parallel(self, node: s.LinkedParallel, place: Place) -> Printing:
         return (yield from self._row(node, place))
 
+    @PRINTS(s.Hide)
     def _print_hide(self, node: s.Hide, place: Place) -> Printing:
         return (yield from self._row(node, place))
 
@@ -360,7 +394,7 @@ class Expressions:
             # What is in brackets hangs on them, else lines go on under the operand.
             hanging = 0 if isinstance(right, s.Paren) else min(width(operator) + 1, 4)
             parts += [LINE, operator, " ", nest(operand, hanging)]
-            broken = broken or self._broken(before, right)
+            broken = broken or self.broken(before, right)
             before = right
         doc = group(*parts, broken=broken)
         return bracketed(doc) if brackets else doc
@@ -394,6 +428,7 @@ class Expressions:
 
     # --- what extends to the right ---------------------------------------------------------------------------
 
+    @PRINTS(s.If)
     def _print_if(self, node: s.If, place: Place) -> Printing:
         brackets = needs_end(place)
         inside = part_of(place, brackets, level=BOTH, follow=None, begins_row=True)
@@ -404,9 +439,7 @@ class Expressions:
             condition = yield branch.condition, inside
             then = yield branch.then, inside
             parts += ["if ", nest(condition, 3), " then", nest(cat(LINE, then)), LINE, "else"]
-            broken = (
-                broken or self._broken(branch.condition, branch.then) or self._broken(branch.then, branch.otherwise)
-            )
+            broken = broken or self.broken(branch.condition, branch.then) or self.broken(branch.then, branch.otherwise)
             branch = branch.otherwise
             if isinstance(branch, s.If):
                 parts.append(" ")
@@ -414,6 +447,7 @@ class Expressions:
         doc = group(*parts, nest(cat(LINE, otherwise)), broken=broken)
         return bracketed(doc) if brackets else doc
 
+    @PRINTS(s.Let)
     def _print_let(self, node: s.Let, place: Place) -> Printing:
         brackets = needs_end(place)
         inside = part_of(place, brackets, level=BOTH, follow=None, begins_row=True)
@@ -423,10 +457,11 @@ class Expressions:
                 lines.append(HARD)
             lines.append((yield declaration, ANYWHERE))
         body = yield node.body, inside
-        broken = bool(node.declarations) and self._broken(node.declarations[-1], node.body)
+        broken = bool(node.declarations) and self.broken(node.declarations[-1], node.body)
         doc = group("let", nest(cat(LINE, *lines)), LINE, group("within", nest(cat(LINE, body))), broken=broken)
         return bracketed(doc) if brackets else doc
 
+    @PRINTS(s.Lambda)
     def _print_lambda(self, node: s.Lambda, place: Place) -> Printing:
         brackets = needs_end(place)
         inside = part_of(place, brackets, level=BOTH, follow=None, begins_row=True)
@@ -435,6 +470,7 @@ class Expressions:
         doc = group("\\ ", commas(parameters), " @", nest(cat(LINE, body)))
         return bracketed(doc) if brackets else doc
 
+    @PRINTS(s.Replicated)
     def _print_replicated(self, node: s.Replicated, place: Place) -> Printing:
         brackets = needs_end(place)
         inside = part_of(place, brackets, level=BOTH, follow=None, begins_row=True)
@@ -462,38 +498,48 @@ class Expressions:
 
     # --- statements ------------------------------------------------------------------------------------------
 
+    @PRINTS(s.Generator)
     def _print_generator(self, node: s.Generator, place: Place) -> Printing:
         pattern = yield node.pattern, place
         source = yield node.source, place
         return cat(pattern, " : ", after_colon(source)) if node.colon else cat(pattern, " <- ", source)
 
+    @PRINTS(s.Qualifier)
     def _print_qualifier(self, node: s.Qualifier, place: Place) -> Printing:
         return (yield node.condition, place)
 
     # --- patterns --------------------------------------------------------------------------------------------
 
+    @PRINTS(s.NamePattern)
     def _print_name_pattern(self, node: s.NamePattern, place: Place) -> Doc:
         return node.text
 
+    @PRINTS(s.Wildcard)
     def _print_wildcard(self, node: s.Wildcard, place: Place) -> Doc:
         return "_"
 
+    @PRINTS(s.LiteralPattern)
     def _print_literal_pattern(self, node: s.LiteralPattern, place: Place) -> Doc:
         text = literal(node.kind, node.value)
         return bracketed(text) if text.startswith("-") and captures("-", place) else text
 
+    @PRINTS(s.ParenPattern)
     def _print_paren_pattern(self, node: s.ParenPattern, place: Place) -> Printing:
         return bracketed((yield node.inner, ANYWHERE))
 
+    @PRINTS(s.TuplePattern)
     def _print_tuple_pattern(self, node: s.TuplePattern, place: Place) -> Printing:
         return enclosed("(", (yield from self._items(node.items, ANYWHERE)), ")", node.items)
 
+    @PRINTS(s.SequencePattern)
     def _print_sequence_pattern(self, node: s.SequencePattern, place: Place) -> Printing:
         return enclosed("<", (yield from self._items(node.items, ANYWHERE)), ">", node.items)
 
+    @PRINTS(s.SetPattern)
     def _print_set_pattern(self, node: s.SetPattern, place: Place) -> Printing:
         return enclosed("{", (yield from self._items(node.items, ANYWHERE)), "}", node.items)
 
+    @PRINTS(s.ConcatPattern)
     def _print_concat_pattern(self, node: s.ConcatPattern, place: Place) -> Printing:
         level = VALUE_LEVELS["^"]
         spine = [node]
@@ -509,6 +555,7 @@ class Expressions:
         doc = cat(*parts)
         return bracketed(doc) if brackets else doc
 
+    @PRINTS(s.DotPattern)
     def _print_dot_pattern(self, node: s.DotPattern, place: Place) -> Printing:
         brackets = place.level < DOT
         inside = part_of(place, brackets, level=DOT - 1)
@@ -521,6 +568,7 @@ class Expressions:
         doc = cat(*parts)
         return bracketed(doc) if brackets else doc
 
+    @PRINTS(s.BothPattern)
     def _print_both_pattern(self, node: s.BothPattern, place: Place) -> Printing:
         brackets = place.level < BOTH
         inside = part_of(place, brackets, level=BOTH - 1)
@@ -528,12 +576,6 @@ class Expressions:
         right = yield node.right, inside
         doc = cat(left, " @@ ", right)
         return bracketed(doc) if brackets else doc
-
-
-@cache
-def _method(kind: str) -> str:
-    """The name of the method that prints nodes of a class: ``_print_set_range`` for ``SetRange``."""
-    return "_print_" + re.sub(r"(?<=[a-z])(?=[A-Z])", "_", kind).lower()
 
 
 _BRACKETS: Final = {"[|": ("[|", "|]"), "[+": ("[+", "+]"), "/+": ("/+", "+\\"), "[|>": ("[|", "|>")}

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.notation import extension
 from cspcheck.cspm.parsing.lexer import Tokens, tokenise
 from cspcheck.cspm.parsing.reading import is_markup, parse_alone
 from cspcheck.cspm.printing.declarations import Printer
@@ -41,7 +42,7 @@ def format_source(source: Source, *, width: int = WIDTH) -> str:
         ScriptError: the script does not parse, or is a LaTeX document.
     """
     if is_markup(source):
-        from cspcheck.cspm.oz.reading.messages import document_to_format
+        from cspcheck.cspm.parsing.class_messages import document_to_format
 
         raise ScriptError(document_to_format(source.name))
     script = parse_alone(source)
@@ -61,9 +62,7 @@ def _tokens(source: Source, script: s.Script | None = None) -> tuple[Tokens, fro
     tokens = tokenise(source)
     if "PARAGRAPH" not in tokens.kinds:
         return tokens, frozenset()
-    from cspcheck.cspm.oz.reading.expansion import expanded
-
-    return expanded(tokens, parse_alone(source) if script is None else script)
+    return extension().expanded(tokens, parse_alone(source) if script is None else script)
 
 
 class _Hints:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
 from cspcheck.cspm.process.terms import Process, Reference
@@ -155,3 +156,22 @@ def _escaped(character: str, quote: str) -> str:
     if character in (quote, "\\"):
         return "\\" + character
     return ESCAPES.get(character, character)
+
+
+def show_real(value: Fraction) -> str:
+    """A real as people write it: ``0.5`` where it has few decimals, else ``1/3``; whole ones as ``2``."""
+    if value.denominator == 1:
+        return str(value.numerator)
+    rest = value.denominator
+    twos = fives = 0
+    while rest % 2 == 0:
+        rest //= 2
+        twos += 1
+    while rest % 5 == 0:
+        rest //= 5
+        fives += 1
+    places = max(twos, fives)
+    if rest != 1 or places > 12:
+        return f"{value.numerator}/{value.denominator}"
+    digits = str(abs(value.numerator) * 10**places // value.denominator).rjust(places + 1, "0")
+    return f"{'-' if value < 0 else ''}{digits[:-places]}.{digits[-places:]}"

@@ -84,7 +84,7 @@ class Real:
         return hash((Real, self.value))
 
     def __repr__(self) -> str:
-        from cspcheck.cspm.oz.values.values import show_real
+        from cspcheck.cspm.values.text import show_real
 
         return show_real(self.value)
 

@@ -10,7 +10,8 @@ from cspcheck.checker.check import Checker
 from cspcheck.checker.reduction.bisimulation import strong_bisimulation
 from cspcheck.checker.semantics.transitions import explore
 from cspcheck.cspm.diagnostics import ScriptError
-from cspcheck.cspm.script import Script, Semantics, load
+from cspcheck.cspm.notation import Semantics
+from cspcheck.cspm.script import Script, load
 from cspcheck.cspm.source import Source
 from cspcheck.exporting import plain_text
 

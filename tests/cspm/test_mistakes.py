@@ -7,7 +7,7 @@ import pytest
 from cspcheck.cspm.diagnostics import MISTAKES, ScriptError
 from cspcheck.cspm.script import load
 from cspcheck.cspm.source import Source
-from tests.cspm.test_corpus_evaluate import operands, unfold_all
+from tests.cspm.evaluator.test_corpus_evaluate import operands, unfold_all
 
 CODES = sorted(code for code in MISTAKES if code.startswith(("CSP2", "CSP4")))
 NO_SCRIPTS = {"CSP428", "CSP220"}

@@ -19,10 +19,10 @@ from cspcheck.cspm.process.terms import Process, Reference
 from cspcheck.cspm.script import Script, load
 from cspcheck.cspm.source import Source
 from cspcheck.cspm.syntax import tree as s
-from tests.cspm.strategies_syntax import fuzz, scripts
-from tests.cspm.test_corpus_evaluate import operands
-from tests.cspm.test_inference_robustness import WORD, scrambled
-from tests.cspm.test_parser_fuzz import CORPUS, mutated
+from tests.cspm.evaluator.test_corpus_evaluate import operands
+from tests.cspm.parsing.test_parser_fuzz import CORPUS, mutated
+from tests.cspm.syntax.strategies_syntax import fuzz, scripts
+from tests.cspm.typing.test_inference_robustness import WORD, scrambled
 
 LONG = ("depth", "too_deep", "huge", "infinite_search", "infinite_concat", "infinite_prefix")
 """Scripts that show what happens after a million steps."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from cspcheck.cspm.evaluator.core import DELAYED, PROCESSES, VALUES, Evaluator, compiles
+from cspcheck.cspm.evaluator.core import DELAYED, PROCESSES, VALUES, Evaluator
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.naming.symbols import Names, Symbol
 from cspcheck.cspm.oz import core
@@ -77,8 +77,8 @@ class WideSet(Set):
         return show_term(self._term)
 
 
-@compiles(VALUES, CarrierSet)
-@compiles(DELAYED, CarrierSet)
+@VALUES(CarrierSet)
+@DELAYED(CarrierSet)
 def _carrier_set(evaluator: Evaluator, node: CarrierSet, frame: Frame) -> Code:
     kept: list[Set] = []
 
@@ -127,8 +127,8 @@ def _converted_member(
     return lambda value: test(scope.frame(), conversion.from_cspm(value, element))
 
 
-@compiles(VALUES, ConstantValue)
-@compiles(DELAYED, ConstantValue)
+@VALUES(ConstantValue)
+@DELAYED(ConstantValue)
 def _constant_value(evaluator: Evaluator, node: ConstantValue, frame: Frame) -> Code:
     def find(env: Env) -> Any:
         value = node.context.evaluator(node.owner).constants[node.name]
@@ -202,8 +202,8 @@ def _range_of(head: ChannelHead, channel: core.Channel | None = None) -> tuple[i
     return numbers.start, numbers.stop
 
 
-@compiles(VALUES, ClassProcess)
-@compiles(PROCESSES, ClassProcess)
+@VALUES(ClassProcess)
+@PROCESSES(ClassProcess)
 def _class_process(evaluator: Evaluator, node: ClassProcess, frame: Frame) -> Callable[[Env], Process]:
     mains = [evaluator.process(main, frame) for main in node.mains]
 
@@ -297,8 +297,8 @@ class Composition:
 # --- joining classes -------------------------------------------------------------------------------------------------
 
 
-@compiles(VALUES, syntax.ClassParallel)
-@compiles(PROCESSES, syntax.ClassParallel)
+@VALUES(syntax.ClassParallel)
+@PROCESSES(syntax.ClassParallel)
 def _class_parallel(evaluator: Evaluator, node: syntax.ClassParallel, frame: Frame) -> Callable[[Env], Process]:
     left, right = evaluator.process(node.left, frame), evaluator.process(node.right, frame)
     common = shared_channels(evaluator.names, node)

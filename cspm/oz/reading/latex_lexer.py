@@ -8,6 +8,7 @@ reads both. Style that is odd but clear gives a warning.
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -207,7 +208,7 @@ class Lexer:
             group = match.lastgroup
             assert group is not None
             start, self.position = match.span()
-            getattr(self, f"_{_READERS.get(group, group)}")(match, start)
+            _READERS[group](self, match, start)
 
     def _skip(self, match: re.Match[str], start: int) -> None:
         pass
@@ -528,14 +529,26 @@ class Lexer:
         self._break()
 
 
-_READERS: Final = {
-    "blank": "skip",
-    "thin": "skip",
-    "tab": "skip",
-    "break": "line_break",
-    "begun": "begin",
-    "ended": "finish",
-    "decoration": "name",
-    "real": "number",
-    "int": "number",
+_READERS: Final[dict[str, Callable[[Lexer, re.Match[str], int], None]]] = {
+    "blank": Lexer._skip,
+    "thin": Lexer._skip,
+    "tab": Lexer._skip,
+    "comment": Lexer._comment,
+    "break": Lexer._line_break,
+    "begin": Lexer._begin,
+    "begun": Lexer._begin,
+    "finish": Lexer._finish,
+    "ended": Lexer._finish,
+    "stack": Lexer._stack,
+    "command": Lexer._command,
+    "symbol": Lexer._symbol,
+    "name": Lexer._name,
+    "decoration": Lexer._name,
+    "real": Lexer._number,
+    "int": Lexer._number,
+    "literal": Lexer._literal,
+    "super": Lexer._super,
+    "sign": Lexer._sign,
+    "group": Lexer._group,
 }
+"""What is done with each group of ``_TOKEN``."""

@@ -15,7 +15,7 @@ from cspcheck.cspm.oz import syntax as z
 from cspcheck.cspm.oz.reading import messages as messages
 from cspcheck.cspm.oz.reading.lexer import Scan, Token, tokens
 from cspcheck.cspm.oz.reading.parser_terms import CLOSERS, Stuck, Terms
-from cspcheck.cspm.parsing import lexing_messages as lexing
+from cspcheck.cspm.parsing import class_messages, lexing_messages as lexing
 from cspcheck.cspm.recursion import deep_recursion
 from cspcheck.cspm.source import Source, Span
 from cspcheck.cspm.syntax.tree import NameDeclaration
@@ -62,7 +62,7 @@ class Paragraphs(Terms):
         start = self.at
         paragraph = self.one()
         if self.token.kind == "end":
-            self.errors.append(messages.end_too_many(self.span(self.token)))
+            self.errors.append(class_messages.end_too_many(self.span(self.token)))
         elif self.token.kind != "$END":
             self._behind(start)
         return paragraph

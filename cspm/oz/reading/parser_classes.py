@@ -10,6 +10,7 @@ from cspcheck.cspm.oz.reading import messages as messages
 from cspcheck.cspm.oz.reading.lexer import Token
 from cspcheck.cspm.oz.reading.parser import Paragraphs
 from cspcheck.cspm.oz.reading.parser_terms import Stuck
+from cspcheck.cspm.parsing import class_messages
 from cspcheck.cspm.parsing.lexer import DECLARATION_KEYWORDS, Tokens, tokenise
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.spelling import suggestions
@@ -94,7 +95,7 @@ class Classes(Paragraphs):
         token = self.token
         if token.kind == "end":
             self.take()
-            self.errors.append(messages.end_too_many(self.span(token)))
+            self.errors.append(class_messages.end_too_many(self.span(token)))
             return
         word = str(token.value) if token.kind == "NAME" else token.kind
         read = self._readers.get(word)

@@ -110,7 +110,7 @@ def show_term(term: Term) -> str:
         case Constant(value=bool()):
             return "true" if term.value else "false"
         case Constant(value=Fraction() as real):
-            from cspcheck.cspm.oz.values.values import show_real
+            from cspcheck.cspm.values.text import show_real
 
             text = show_real(real)
             return text if "." in text or "/" in text else f"{text}.0"

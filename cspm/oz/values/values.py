@@ -26,6 +26,7 @@ from fractions import Fraction
 from typing import Any, Final, NamedTuple
 
 from cspcheck.cspm.oz import core
+from cspcheck.cspm.values.text import show_real
 
 LARGEST: Final = 1 << 20
 """A set is written out only if it has at most so many elements."""
@@ -84,25 +85,6 @@ def in_order(values: Iterable[Any]) -> list[Any]:
     if len(found) > 1:
         found.sort(key=None if type(found[0]) in (int, Fraction, bool) else order_key)
     return found
-
-
-def show_real(value: Fraction) -> str:
-    """A real as people write it: ``0.5`` where it has few decimals, else ``1/3``; whole ones as ``2``."""
-    if value.denominator == 1:
-        return str(value.numerator)
-    rest = value.denominator
-    twos = fives = 0
-    while rest % 2 == 0:
-        rest //= 2
-        twos += 1
-    while rest % 5 == 0:
-        rest //= 5
-        fives += 1
-    places = max(twos, fives)
-    if rest != 1 or places > 12:
-        return f"{value.numerator}/{value.denominator}"
-    digits = str(abs(value.numerator) * 10**places // value.denominator).rjust(places + 1, "0")
-    return f"{'-' if value < 0 else ''}{digits[:-places]}.{digits[-places:]}"
 
 
 def show(value: Any, type_: core.Type | None = None) -> str:

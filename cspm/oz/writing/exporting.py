@@ -18,6 +18,7 @@ from cspcheck.cspm.evaluator.core import Evaluator
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.naming.symbols import Symbol
 from cspcheck.cspm.oz.processes import messages as messages
+from cspcheck.cspm.oz.processes.classes import context_of
 from cspcheck.cspm.oz.processes.evaluating import Composition, shared_channels
 from cspcheck.cspm.oz.processes.meaning import DataPart
 from cspcheck.cspm.oz.processes.nodes import CarrierSet, ClassModule, ClassProcess, ConstantValue
@@ -66,10 +67,11 @@ class _Export:
         assertions = [self._assertion(assertion) for assertion in self.script.assertions]
         head = [f"-- {title} as plain CSPm, written by `cspcheck cspm`."]
         owners = [m.name for m in self._modules()]
-        assert self.script.classes is not None
-        used = self.script.classes.context.used([None, *owners])
+        context = context_of(self.script)
+        assert context is not None
+        used = context.used([None, *owners])
         head += [f"-- Finite readings: {'; '.join(used)}."] if used else []
-        if self.script.classes.context.control:
+        if context.control:
             head.append("-- The control view: data dropped.")
         if self.reals:
             values = " | ".join(self.reals.values())

@@ -10,13 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from cspcheck.cspm.oz import syntax as z
 from cspcheck.cspm.oz.writing.printer_terms import ANYWHERE, Place, Terms, bracketed, enclosed, names
+from cspcheck.cspm.printing.brackets import ANYWHERE as EVERYWHERE
 from cspcheck.cspm.printing.layout import HARD, LINE, WIDTH, Doc, cat, group, join, lay_out, nest, width
 from cspcheck.cspm.recursion import deep_recursion
 from cspcheck.cspm.syntax import tree as s
+
+if TYPE_CHECKING:
+    from cspcheck.cspm.printing.declarations import Printer
+    from cspcheck.cspm.printing.expressions import Printing
 
 OPERATION_LEVELS: Final = {"enrich": 1, "parallel": 2, "choice": 3, "and": 4, "compose": 5, "hide": 6}
 _OPERATION_SIGNS: Final = {
@@ -27,6 +32,32 @@ _OPERATION_SIGNS: Final = {
     "compose": (";", ";"),
     "hide": ("\\", "∖"),
 }
+
+
+def paragraph_document(node: s.Paragraph, printer: Printer) -> Printing:
+    """A paragraph as a document, with the equations of a class as *printer* has them."""
+    equations: list[Doc] = []
+    if isinstance(node, z.Class):
+        for equation in node.equations:
+            equations.append((yield equation, EVERYWHERE))
+    paragraphs = Paragraphs(printer.symbols, printer.broken, printer.separate)
+    paragraphs.from_source = printer.from_source
+    with deep_recursion():
+        return paragraphs.paragraph(node, equations)
+
+
+def claim_text(node: s.Assertion) -> str:
+    """A claim about classes, as an assertion has it."""
+    match node:
+        case z.Obligations():
+            operation = "" if node.operation is None else f": {node.operation.name}"
+            return f"{node.subject.name} :[{node.obligation or 'obligations'}]{operation}"
+        case z.DataRefinement():
+            direction = " :[upward]" if node.upward else ""
+            return f"{node.abstract.name} [OZ= {node.concrete.name} via {node.retrieve.name}{direction}"
+        case z.Subtype():
+            return f"{node.parent.name} [OZ= {node.child.name}"
+    raise AssertionError(node)
 
 
 class Paragraphs(Terms):

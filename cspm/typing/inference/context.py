@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Final
 
 from cspcheck.cspm.diagnostics import Diagnostic, Label
 from cspcheck.cspm.naming.symbols import Names, Symbol, SymbolKind
+from cspcheck.cspm.notation import extension
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.syntax.dispatch import Dispatch
 from cspcheck.cspm.typing import messages as messages
 from cspcheck.cspm.typing.builtins import DEPRECATED, builtin_scheme
 from cspcheck.cspm.typing.inference.mistakes import explain
@@ -47,6 +49,10 @@ class Rejected(Exception):
         self.diagnostic = diagnostic
 
 
+INFERS: Final = Dispatch[Callable[[Any, Any], Type]]("infer the type of")
+"""The rules for expressions and patterns, by the form."""
+
+
 class Context:
     """The state of one inference.
 
@@ -71,11 +77,6 @@ class Context:
         """Local definitions that would be polymorphic if they were annotated."""
         self.dots: list[tuple[syntax.Expr, Type]] = []
         """The dotted expressions of the definitions at hand."""
-        self._rules: dict[type[syntax.Node], Callable[[Any], Type]] = {
-            kind: getattr(self, f"_{kind.__name__.lower()}")
-            for kind in vars(syntax).values()
-            if isinstance(kind, type) and hasattr(self, f"_{kind.__name__.lower()}")
-        }
 
     # --- inferring and checking ------------------------------------------------------------------------------
 
@@ -86,11 +87,9 @@ class Context:
             Rejected: it has none.
         """
         if isinstance(node, syntax.Foreign):
-            from cspcheck.cspm.oz.processes.inferring import foreign_type
-
-            type_ = foreign_type(self, node)
+            type_ = extension().foreign_type(self, node)
         else:
-            type_ = self._rules[type(node)](node)
+            type_ = INFERS[type(node)](self, node)
         self.expression_types[id(node)] = type_
         return type_
 

@@ -9,7 +9,7 @@ from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.typing import messages as messages
 from cspcheck.cspm.typing.inference.annotations import AnnotationRules
-from cspcheck.cspm.typing.inference.context import Rejected
+from cspcheck.cspm.typing.inference.context import INFERS, Rejected
 from cspcheck.cspm.typing.inference.dependencies import Unit, components, declared, units_of
 from cspcheck.cspm.typing.inference.views import decide_equality
 from cspcheck.cspm.typing.types import (
@@ -153,6 +153,7 @@ class DeclarationRules(AnnotationRules):
             self._clause(clause, type_)
         self.rigid, self.level = outer, level
 
+    @INFERS(syntax.Clause)
     def _clause(self, clause: syntax.Clause, expected: Type | None) -> Type:
         """The type of one clause; *expected* is the annotated one."""
         groups = [[self.infer(pattern) for pattern in group] for group in clause.groups]

@@ -8,7 +8,7 @@ from dataclasses import replace
 from cspcheck.cspm.diagnostics import Label
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.typing import messages as messages
-from cspcheck.cspm.typing.inference.context import Rejected, first_line
+from cspcheck.cspm.typing.inference.context import INFERS, Rejected, first_line
 from cspcheck.cspm.typing.inference.fields import head_name
 from cspcheck.cspm.typing.inference.patterns import LITERALS, PatternRules
 from cspcheck.cspm.typing.types import (
@@ -44,18 +44,23 @@ class ExpressionRules(PatternRules):
 
     # --- plain values ----------------------------------------------------------------------------------------
 
+    @INFERS(syntax.Name)
     def _name(self, node: syntax.Name) -> Type:
         return self.symbol_type(self.names.symbol(node), node.span)
 
+    @INFERS(syntax.LiteralExpr)
     def _literalexpr(self, node: syntax.LiteralExpr) -> Type:
         return LITERALS[node.kind]
 
+    @INFERS(syntax.Paren)
     def _paren(self, node: syntax.Paren) -> Type:
         return self.infer(node.inner)
 
+    @INFERS(syntax.TupleExpr)
     def _tupleexpr(self, node: syntax.TupleExpr) -> Type:
         return TupleOf([self.infer(item) for item in node.items])
 
+    @INFERS(syntax.Dot)
     def _dot(self, node: syntax.Dot) -> Type:
         items = [self.infer(node.left)]
         right = node.right
@@ -67,6 +72,7 @@ class ExpressionRules(PatternRules):
         self.dots.append((node, whole))
         return whole
 
+    @INFERS(syntax.If)
     def _if(self, node: syntax.If) -> Type:
         self.check(node.condition, BOOL, "the condition of `if`")
         then = self.infer(node.then)
@@ -89,21 +95,25 @@ class ExpressionRules(PatternRules):
             self.check(item, first, role, origin)
         return first
 
+    @INFERS(syntax.SetExpr)
     def _setexpr(self, node: syntax.SetExpr) -> Type:
         self.statements(node.statements, SetOf, "a set comprehension")
         element = self._equal(node.items, "this element of the set")
         self.require(SET, element, node.items[0] if node.items else node, "an element of a set")
         return SetOf(element)
 
+    @INFERS(syntax.SetRange)
     def _setrange(self, node: syntax.SetRange) -> Type:
         self.statements(node.statements, SetOf, "a set comprehension")
         self._range(node)
         return SetOf(INT)
 
+    @INFERS(syntax.SequenceExpr)
     def _sequenceexpr(self, node: syntax.SequenceExpr) -> Type:
         self.statements(node.statements, SequenceOf, "a sequence comprehension")
         return SequenceOf(self._equal(node.items, "this element of the sequence"))
 
+    @INFERS(syntax.SequenceRange)
     def _sequencerange(self, node: syntax.SequenceRange) -> Type:
         self.statements(node.statements, SequenceOf, "a sequence comprehension")
         self._range(node)
@@ -114,6 +124,7 @@ class ExpressionRules(PatternRules):
         if node.high is not None:
             self.check(node.high, INT, "the upper bound")
 
+    @INFERS(syntax.Productions)
     def _productions(self, node: syntax.Productions) -> Type:
         self.statements(node.statements, SetOf, "a set comprehension")
         whole = self.fresh(YIELDABLE)
@@ -121,6 +132,7 @@ class ExpressionRules(PatternRules):
             self.check(item, Extendable(self.fresh(), whole), "an item of `{| |}`")
         return SetOf(whole)
 
+    @INFERS(syntax.MapExpr)
     def _mapexpr(self, node: syntax.MapExpr) -> Type:
         key = self._equal([key for key, _ in node.items], "this key of the map")
         value = self._equal([value for _, value in node.items], "this value of the map")
@@ -128,6 +140,7 @@ class ExpressionRules(PatternRules):
 
     # --- operators -------------------------------------------------------------------------------------------
 
+    @INFERS(syntax.Binary)
     def _binary(self, node: syntax.Binary) -> Type:
         operator = node.operator
         if operator in ARITHMETIC or operator in CONNECTIVES:
@@ -147,6 +160,7 @@ class ExpressionRules(PatternRules):
         self.require(EQ if operator in EQUALITY else ORD, left, node, f"`{operator}`")
         return BOOL
 
+    @INFERS(syntax.Unary)
     def _unary(self, node: syntax.Unary) -> Type:
         if node.operator == "#":
             self.check(node.operand, SequenceOf(self.fresh()), "the operand of `#`")
@@ -157,6 +171,7 @@ class ExpressionRules(PatternRules):
 
     # --- functions -------------------------------------------------------------------------------------------
 
+    @INFERS(syntax.Apply)
     def _apply(self, node: syntax.Apply) -> Type:
         function = resolve(self.infer(node.function))
         if type(function) is not Function:
@@ -211,6 +226,7 @@ class ExpressionRules(PatternRules):
                 return Label(first_line(symbol.span), f"`{function.text}` is defined here")
         return None
 
+    @INFERS(syntax.Lambda)
     def _lambda(self, node: syntax.Lambda) -> Type:
         parameters = [self.infer(parameter) for parameter in node.parameters]
         result = self.infer(node.body)
@@ -220,6 +236,7 @@ class ExpressionRules(PatternRules):
         ]
         return Function(settled, result)
 
+    @INFERS(syntax.Let)
     def _let(self, node: syntax.Let) -> Type:
         self.local_declarations(node.declarations)
         return self.infer(node.body)

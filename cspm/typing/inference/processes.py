@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.typing.inference.context import INFERS
 from cspcheck.cspm.typing.inference.expressions import Collection, ExpressionRules
 from cspcheck.cspm.typing.types import BOOL, COMPLETE, EVENT, PROC, Extendable, SequenceOf, SetOf, Type, dotted
 from cspcheck.cspm.typing.unification import TypeClash
@@ -26,6 +27,7 @@ class ProcessRules(ExpressionRules):
 
     # --- prefixes --------------------------------------------------------------------------------------------
 
+    @INFERS(syntax.Prefix)
     def _prefix(self, node: syntax.Prefix) -> Type:
         if not node.fields:
             self.check(node.channel, EVENT, "the event of the prefix")
@@ -43,6 +45,7 @@ class ProcessRules(ExpressionRules):
         self._process(node.body, "what follows the prefix")
         return PROC
 
+    @INFERS(syntax.Field)
     def _field(self, field: syntax.Field) -> Type:
         """The type of what a field contributes to the event."""
         if field.expression is not None:
@@ -58,43 +61,51 @@ class ProcessRules(ExpressionRules):
 
     # --- operators -------------------------------------------------------------------------------------------
 
+    @INFERS(syntax.Guard)
     def _guard(self, node: syntax.Guard) -> Type:
         self.check(node.condition, BOOL, "the guard")
         self._process(node.body, "the guarded process")
         return PROC
 
+    @INFERS(syntax.ProcessBinary)
     def _processbinary(self, node: syntax.ProcessBinary) -> Type:
         self._operands(node.left, node.right, node.operator)
         return PROC
 
+    @INFERS(syntax.Synchronised)
     def _synchronised(self, node: syntax.Synchronised) -> Type:
         operator = _SPELLING[node.operator]
         self._operands(node.left, node.right, operator)
         self.check(node.events, EVENTS, f"the set of `{operator}`")
         return PROC
 
+    @INFERS(syntax.AlphabetisedParallel)
     def _alphabetisedparallel(self, node: syntax.AlphabetisedParallel) -> Type:
         self._operands(node.left, node.right, "[ || ]")
         self.check(node.left_alphabet, EVENTS, "the left alphabet of `[ || ]`")
         self.check(node.right_alphabet, EVENTS, "the right alphabet of `[ || ]`")
         return PROC
 
+    @INFERS(syntax.ClassParallel)
     def _classparallel(self, node: syntax.ClassParallel) -> Type:
         self._operands(node.left, node.right, "||")
         return PROC
 
+    @INFERS(syntax.Hide)
     def _hide(self, node: syntax.Hide) -> Type:
         operator = "|\\" if node.keep else "\\"
         self._process(node.process, f"the left operand of `{operator}`")
         self.check(node.events, EVENTS, f"the set of `{operator}`")
         return PROC
 
+    @INFERS(syntax.Rename)
     def _rename(self, node: syntax.Rename) -> Type:
         self._process(node.process, "the renamed process")
         self.statements(node.statements, SetOf, "a renaming")
         self._pairs(node.pairs, "<-")
         return PROC
 
+    @INFERS(syntax.LinkedParallel)
     def _linkedparallel(self, node: syntax.LinkedParallel) -> Type:
         self._operands(node.left, node.right, "[ <-> ]")
         self.statements(node.statements, SetOf, "a linked parallel")
@@ -108,6 +119,7 @@ class ProcessRules(ExpressionRules):
             self.check(left, side, f"the left side of `{arrow}`")
             self.check(right, side, f"the right side of `{arrow}`", self._elsewhere(left, side, "the left side"))
 
+    @INFERS(syntax.Replicated)
     def _replicated(self, node: syntax.Replicated) -> Type:
         operator = _SPELLING.get(node.operator, node.operator)
         kind: Collection = SequenceOf if node.operator in (";", "<->") else SetOf

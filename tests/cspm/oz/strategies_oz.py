@@ -13,7 +13,7 @@ from cspcheck.cspm.oz.writing.printer import print_term
 from cspcheck.cspm.parsing.reading import parse
 from cspcheck.cspm.source import Source
 from cspcheck.cspm.syntax import tree as s
-from tests.cspm.strategies_syntax import deferred
+from tests.cspm.syntax.strategies_syntax import deferred
 
 NOWHERE = Source("nowhere", "").span(0, 0)
 

@@ -14,7 +14,7 @@ from cspcheck.cspm.printing.printer import print_script
 from cspcheck.cspm.source import Source
 from cspcheck.cspm.syntax import tree as s
 from tests.cspm.oz.strategies_oz import make
-from tests.cspm.strategies_syntax import expressions
+from tests.cspm.syntax.strategies_syntax import expressions
 
 
 def class_with(expression):

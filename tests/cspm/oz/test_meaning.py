@@ -14,10 +14,11 @@ from cspcheck.checker.check import Checker
 from cspcheck.checker.semantics.transitions import explore
 from cspcheck.checker.verdict import Limits, Verdict
 from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.notation import Semantics
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.process import terms as process
 from cspcheck.cspm.process.terms import Definition, Process, Reference
-from cspcheck.cspm.script import Script, Semantics, load
+from cspcheck.cspm.script import Script, load
 from cspcheck.cspm.source import Source
 from tests.cspm.oz.naive import interpret
 

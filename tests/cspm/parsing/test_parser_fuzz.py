@@ -16,9 +16,9 @@ from cspcheck.cspm.printing.formatter import format_source
 from cspcheck.cspm.printing.printer import print_script
 from cspcheck.cspm.source import Source
 from cspcheck.cspm.syntax import tree as s
-from tests.cspm.strategies_syntax import fuzz, scripts, without_brackets
+from tests.cspm.syntax.strategies_syntax import fuzz, scripts, without_brackets
 
-CORPUS = Path(__file__).parents[1] / "corpus"
+CORPUS = Path(__file__).parents[2] / "corpus"
 SCRIPTS = [path.read_bytes() for path in sorted(CORPUS.rglob("*.csp"))]
 
 PIECES = [

@@ -9,7 +9,7 @@ from cspcheck.cspm.parsing.reading import parse, parse_assertion, parse_expressi
 from cspcheck.cspm.printing.printer import print_assertion, print_expression, print_script
 from cspcheck.cspm.source import Source
 from cspcheck.cspm.syntax import tree as s
-from tests.cspm.strategies_syntax import assertions, expressions, patterns, types, without_brackets
+from tests.cspm.syntax.strategies_syntax import assertions, expressions, patterns, types, without_brackets
 
 
 def tidy(text: str) -> str:

@@ -31,8 +31,8 @@ from cspcheck.cspm.process.terms import (
     prefix,
 )
 from tests.checker.exploring import interpreted, transitions_in
+from tests.checker.network.test_composition import assert_same_machine, loop
 from tests.checker.terms import BASIC, CHOICE, compositions, layered, processes, reference
-from tests.checker.test_composition import assert_same_machine, loop
 
 a, b, c, d, e = 2, 3, 4, 5, 6
 NOTHING = EventSet()

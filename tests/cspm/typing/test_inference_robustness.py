@@ -15,7 +15,7 @@ from cspcheck.cspm.source import Source
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.typing.inference import infer
 
-SCRIPTS = sorted((Path(__file__).parent.parent / "corpus" / "types").glob("*/*.csp"))
+SCRIPTS = sorted((Path(__file__).parents[2] / "corpus" / "types").glob("*/*.csp"))
 WORD = re.compile(r"[A-Za-z][A-Za-z0-9_]*'*|\d+|<[^<>\n]{0,9}>|\{[^{}\n]{0,9}\}|[-+*/%^#?!$.]|==|<=|\[\]|->")
 KEPT = {"if", "then", "else", "let", "within", "channel", "datatype", "module", "exports", "endmodule", "assert"}
 """Words without which nothing would parse."""

@@ -13,9 +13,9 @@ from cspcheck.cspm.parsing.reading import parse, parse_assertion, parse_expressi
 from cspcheck.cspm.printing.printer import print_script
 from cspcheck.cspm.source import Source, Span
 from cspcheck.cspm.syntax import tree as s
-from tests.cspm.strategies_syntax import NOWHERE, scripts
+from tests.cspm.syntax.strategies_syntax import NOWHERE, scripts
 
-CORPUS = sorted((Path(__file__).parents[1] / "corpus" / "parse" / "pass").glob("*.csp"))
+CORPUS = sorted((Path(__file__).parents[2] / "corpus" / "parse" / "pass").glob("*.csp"))
 
 
 def make(form: Any, *values: Any, **parts: Any) -> Any:

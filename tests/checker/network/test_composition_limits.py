@@ -25,8 +25,8 @@ from cspcheck.cspm.process.terms import (
     prefix,
 )
 from tests.checker.exploring import interpreted
+from tests.checker.network.test_composition import assert_same_machine, loop
 from tests.checker.terms import reference
-from tests.checker.test_composition import assert_same_machine, loop
 
 a, b, c = 2, 3, 4
 NOTHING = EventSet()

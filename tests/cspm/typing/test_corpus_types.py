@@ -15,7 +15,7 @@ from cspcheck.cspm.parsing import reading as parser
 from cspcheck.cspm.script import load
 from cspcheck.cspm.typing.inference import Types, infer
 
-CORPUS = Path(__file__).parent.parent / "corpus" / "types"
+CORPUS = Path(__file__).parents[2] / "corpus" / "types"
 PASS = sorted((CORPUS / "pass").glob("*.csp"))
 FAIL = sorted((CORPUS / "fail").glob("*.csp"))
 SPECS = sorted((CORPUS.parent.parent.parent / "specs").glob("**/*.csp"))

@@ -27,7 +27,7 @@ def run(cache: Path) -> bool:
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM],
         env=os.environ | {"XDG_CACHE_HOME": str(cache), "LOCALAPPDATA": str(cache), "HOME": str(cache)},
-        cwd=Path(__file__).parents[2],
+        cwd=Path(__file__).parents[3],
         capture_output=True,
         text=True,
         check=True,

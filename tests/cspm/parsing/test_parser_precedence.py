@@ -10,7 +10,7 @@ from hypothesis import given, strategies as st
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.parsing.reading import parse_expression
 from cspcheck.cspm.syntax import tree as s
-from tests.cspm.strategies_syntax import without_brackets
+from tests.cspm.syntax.strategies_syntax import without_brackets
 
 # The operator table, tightest first: (operators, associativity).
 VALUES: list[tuple[list[str], str]] = [

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from cspcheck.checker.lts import Lts
+from cspcheck.checker.lts import Lts, machine
 from cspcheck.checker.reduction.bisimulation import tau_abstracting_partition, tau_components
 from cspcheck.checker.reduction.compression import COMPRESSIONS
-from cspcheck.checker.reduction.partition import coarsest_partition, machine
+from cspcheck.checker.reduction.partition import coarsest_partition
 from cspcheck.cspm.process.events import TAU, TICK
 from tests.checker.explicit import A, B, Rows, diverges, first_deadlock, lts, machines, refinement_violation
 

@@ -26,7 +26,7 @@ from cspcheck.cspm.process.text import describe
 from cspcheck.cspm.script import Script, load
 from cspcheck.cspm.syntax import tree as syntax
 
-CORPUS = Path(__file__).parents[1] / "corpus"
+CORPUS = Path(__file__).parents[2] / "corpus"
 PASSING = sorted([*CORPUS.glob("names/pass/*.csp"), *CORPUS.glob("evaluate/pass/*.csp")])
 FAILING = sorted([*CORPUS.glob("names/fail/*.csp"), *CORPUS.glob("evaluate/fail/*.csp")])
 

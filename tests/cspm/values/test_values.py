@@ -17,7 +17,7 @@ from cspcheck.cspm.values.sets import Set, set_of
 from cspcheck.cspm.values.text import show, show_short
 from cspcheck.cspm.values.thunks import Thunk, force
 from cspcheck.cspm.values.values import FALSE, TRUE, Map, Sequence, counting_from, deep
-from tests.cspm.strategies_values import integers, sequences, values
+from tests.cspm.values.strategies_values import integers, sequences, values
 
 EMPTY = load(Source("empty.csp", ""), typecheck=False)
 

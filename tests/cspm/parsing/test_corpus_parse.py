@@ -19,7 +19,7 @@ from cspcheck.cspm.printing.formatter import format_source
 from cspcheck.cspm.printing.printer import print_script
 from cspcheck.cspm.source import Source
 
-CORPUS = Path(__file__).parents[1] / "corpus" / "parse"
+CORPUS = Path(__file__).parents[2] / "corpus" / "parse"
 PASSING = sorted((CORPUS / "pass").glob("*.csp"))
 FAILING = sorted((CORPUS / "fail").glob("*.csp"))
 
