@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from difflib import get_close_matches
 
@@ -60,6 +61,15 @@ def rich_text(name: str) -> Diagnostic:
 def binary_file(name: str) -> Diagnostic:
     """The file holds NUL bytes."""
     return Diagnostic("CSP003", f"`{name}` is not a text file", help="scripts are plain text; save this one as UTF-8")
+
+
+def utf_16(name: str) -> Diagnostic:
+    """The file is text in UTF-16, as PowerShell's `>` writes it."""
+    return Diagnostic(
+        "CSP003",
+        f"`{name}` is text in UTF-16, not UTF-8",
+        help="save it as UTF-8; in PowerShell: `... | Out-File -Encoding utf8 FILE`",
+    )
 
 
 @mistake(
@@ -140,6 +150,9 @@ _LOOKALIKES = {
 }
 
 
+_ARROW = re.compile(r"[ \t]*>")
+
+
 @mistake(
     "CSP004",
     "a character that CSPm does not know",
@@ -154,6 +167,8 @@ def unknown_character(span: Span) -> Diagnostic:
     character = span.text
     shown = character if character.isprintable() else f"U+{ord(character):04X}"
     meant = _LOOKALIKES.get(character)
+    if character in "\u2013\u2014\u2212" and _ARROW.match(span.source.text, span.end):
+        meant = "`->` (a word processor has made a dash of the `-`)"
     return Diagnostic(
         "CSP004", f"unknown character `{shown}`", span, help=None if meant is None else f"write {meant.strip()}"
     )
