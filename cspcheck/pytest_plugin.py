@@ -217,10 +217,11 @@ class AssertionItem(pytest.Item):
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
         """What the command line shows, also for a mistake of ours."""
         if isinstance(excinfo.value, NotAsExpected):
-            from cspcheck.report.full import explain
+            from cspcheck.report.full import explain, replay_lines
             from cspcheck.report.style import Style, unobeyed
 
-            return unobeyed(explain(excinfo.value.result, Style(color=_has_color(self.config))))
+            result, look = excinfo.value.result, Style(color=_has_color(self.config))
+            return unobeyed("\n".join([explain(result, look), *(f"  {line}" for line in replay_lines(result, look))]))
         if isinstance(excinfo.value, Exception):
             return _internal(excinfo.value, f"checking `{self.name}`", self.config)
         return super().repr_failure(excinfo, style)

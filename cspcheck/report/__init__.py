@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from cspcheck.report.style import Style
     from cspcheck.result import Result, Summary
 
-Format = Literal["full", "concise", "json", "jsonl", "junit", "github"]
+Format = Literal["full", "concise", "json", "jsonl", "junit", "github", "sarif"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 
 
@@ -87,3 +87,8 @@ def report(form: Format, write: Callable[[str], object], style: Style, verbosity
             from cspcheck.report.github import GithubReport
 
             return GithubReport(write)
+        case "sarif":
+            from cspcheck import __version__
+            from cspcheck.report.sarif import SarifReport
+
+            return SarifReport(write, __version__)

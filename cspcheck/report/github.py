@@ -26,15 +26,20 @@ class GithubReport:
 
     def __init__(self, write: Callable[[str], object]) -> None:
         self._write = write
+        self._told: set[tuple[object, ...]] = set()
 
     def script(self, name: str, printed: Sequence[str] = ()) -> None:
         """Nothing: each annotation names its file."""
 
     def diagnostics(self, diagnostics: Iterable[Diagnostic]) -> None:
-        """Errors and warnings of a script."""
+        """Errors and warnings of a script; those of an included file once, not for each that includes it."""
         for diagnostic in diagnostics:
             place: dict[str, object] = {}
             span = diagnostic.span
+            key = (diagnostic.code, diagnostic.message, span and (span.source.name, span.start, span.end))
+            if key in self._told:
+                continue
+            self._told.add(key)
             if span is not None:
                 place = {"file": span.source.name, "line": span.line, "endLine": last_line(span)}
                 if span.line == span.end_line:

@@ -135,7 +135,9 @@ def _refusal(counterexample: Counterexample, process: str, specification: str, a
     parts = []
     if offered is not None and is_short(offered):
         parts.append(f"it offers only {some(offered)}" if offered else "it offers nothing")
-    if allowed is not None and are_few(allowed):
+    if allowed is not None and not any(allowed):
+        parts.append(f"{specification} is never stable there, so that it may refuse nothing")
+    elif allowed is not None and are_few(allowed):
         parts.append(f"{specification} must offer {' or all of '.join(map(some, allowed))}")
     elif allowed is not None:
         parts.append(

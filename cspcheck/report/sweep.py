@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 from collections.abc import Iterable, Sequence
 
@@ -125,6 +127,53 @@ def _mark(result: Result, style: Style) -> str:
     marks = {"pass": "✓", "fail": "✗", "unknown": "?", "error": "!"}
     plain = {"pass": "+", "fail": "x", "unknown": "?", "error": "!"}
     return (marks if style.unicode else plain)[_look(result)]
+
+
+def comma_separated(sweep: Sequence[Swept], names: Sequence[str]) -> str:
+    """A line for each assertion and combination of values, with the values of *names* in front (RFC 4180).
+
+    What a spreadsheet would take for a formula has a quote in front.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text)
+    columns_of_result = (
+        "file",
+        "line",
+        "assertion",
+        "verdict",
+        "expected",
+        "states",
+        "transitions",
+        "seconds",
+        "reason",
+    )
+    writer.writerow([*map(_cell_text, names), *columns_of_result])
+    for swept in sweep:
+        for result in swept.results:
+            writer.writerow(
+                [
+                    *[_cell_text(swept.definitions[name]) for name in names],
+                    _cell_text(result.file),
+                    result.line,
+                    _cell_text(" ".join(result.assertion.split())),
+                    result.verdict.value,
+                    result.expected.value,
+                    result.states,
+                    result.transitions,
+                    f"{result.seconds:.6f}",
+                    _cell_text(result.reason or ""),
+                ]
+            )
+    return text.getvalue()
+
+
+def _cell_text(text: str) -> str:
+    text = harmless(text)
+    return f"'{text}" if text.startswith(("=", "+", "@", "\t")) or (text[:1] == "-" and not _is_number(text)) else text
+
+
+def _is_number(text: str) -> bool:
+    return text.removeprefix("-").isdecimal()
 
 
 def document(sweep: Sequence[Swept], version: str, *, interrupted: bool = False) -> str:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from difflib import get_close_matches
 
-from cspcheck.cspm.diagnostics import Diagnostic, mistake
+from cspcheck.cspm.diagnostics import Diagnostic, Severity, mistake
 from cspcheck.cspm.source import Span
 
 
@@ -242,6 +242,20 @@ def name_begins_with_underscore(span: Span) -> Diagnostic:
 
 
 # --- words that stand in square brackets of an assertion -----------------------------------------------------
+
+
+@mistake(
+    "CSP016",
+    "a comment that announces no verdict",
+    explanation="A comment `-- expect: fail` beside an assertion, or alone on the line above it, says which verdict "
+    "the script expects: `pass`, `fail` or `unknown`. This one looks like it, and counts for nothing.",
+    example="-- expect: fails\nassert STOP :[deadlock free]",
+    repair="-- expect: fail\nassert STOP :[deadlock free]",
+)
+def no_expectation(span: Span, meant: str | None) -> Diagnostic:
+    """A comment at *span* says what to expect in a form that is none; *meant* is the verdict, if it can be guessed."""
+    hint = f"did you mean `expect: {meant}`?" if meant else "the verdicts are `pass`, `fail` and `unknown`"
+    return Diagnostic("CSP016", f"`{span.text}` announces no verdict", span, severity=Severity.WARNING, help=hint)
 
 
 @mistake(

@@ -101,7 +101,8 @@ def test_concise(
 ) -> None:
     fill(ConciseReport(pieces.append), results, mistakes, summary)
 
-    assert all(re.match(r"\S+:\d+: (pass|fail|unknown|error): \S", line) for line in pieces)
+    told = r"\S+:\d+: (pass|fail|unknown|error): \S|(\S+:\d+:\d+: )?(error|warning)\[CSP\d{3}\]: \S"
+    assert all(re.match(told, line) and line.count("\n") == 1 for line in pieces)
     assert "".join(pieces) == snapshot
 
 
