@@ -19,7 +19,7 @@ from cspcheck.checker.explain.replay import ReplayFailure
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.search.exploration import Progress
 from cspcheck.checker.specification.normal_form import FailuresModel, Semantics
-from cspcheck.checker.verdict import Limits, Outcome, Verdict
+from cspcheck.checker.verdict import DEFAULT_MODELS, Limits, Outcome, Verdict
 from cspcheck.cspm.process.events import EventSet, EventTable
 from cspcheck.cspm.process.terms import Prioritised, Process
 from cspcheck.cspm.syntax.tree import (
@@ -35,17 +35,12 @@ from cspcheck.cspm.syntax.tree import (
 )
 
 if TYPE_CHECKING:
+    from cspcheck.checker.checks.coverage import Happened
     from cspcheck.cspm.oz.syntax import DataRefinement, Obligations, Subtype
     from cspcheck.cspm.script import Script
 
 _FAILURES: dict[Model, FailuresModel] = {"F": "F", "FD": "FD", "V": "F", "VD": "FD", "R": "F", "RD": "FD"}
 """What deadlock freedom and determinism look at in each model: richer models tell no more of them than failures do."""
-_DEFAULT_MODELS: dict[PropertyKind, Model] = {
-    "deadlock free": "FD",
-    "divergence free": "FD",
-    "deterministic": "FD",
-    "has trace": "T",
-}
 
 
 class Checker:
@@ -75,6 +70,7 @@ class Checker:
     ) -> None:
         self._script = script
         self._limits = limits
+        self._happened: dict[Process, Happened | None] = {}
         kept = KEPT_BYTES if limits.memory_bytes is None else min(KEPT_BYTES, limits.memory_bytes // 2)
         self._machines = Machines(
             workers=workers or os.cpu_count() or 1,
@@ -112,7 +108,7 @@ class Checker:
             outcome = self.check_refinement(specification, assertion.model, implementation, budget)
             return self._within_readings(outcome, implementation, specification, budget, traces=assertion.model == "T")
         if isinstance(assertion, Property):
-            model = assertion.model or _DEFAULT_MODELS[assertion.kind]
+            model = assertion.model or DEFAULT_MODELS[assertion.kind]
             trace = () if assertion.trace is None else self._script.trace(assertion.trace)
             process = self._process(assertion.process, assertion.options)
             outcome = self.check_property(process, assertion.kind, model, trace, budget)
@@ -180,7 +176,7 @@ class Checker:
             budget: the limits, running; by default the checker's, from now.
         """
         budget = budget or Budget(self._limits)
-        model = model or _DEFAULT_MODELS[kind]
+        model = model or DEFAULT_MODELS[kind]
         if kind == "divergence free":
             return self._answered(budget, process, lambda context: divergence_free(context, process))
         if kind == "has trace":
@@ -203,6 +199,25 @@ class Checker:
             ScriptError: a definition cannot be evaluated.
         """
         return self._machines.lts(process, Budget(self._limits))
+
+    def happened(self, process: Process) -> Happened | None:
+        """What happens in the reachable states of a process, none of them left out; None where a limit was reached.
+
+        Raises:
+            ScriptError: a definition cannot be evaluated.
+        """
+        if process not in self._happened:
+            self._happened[process] = self._looked_at(process)
+        return self._happened[process]
+
+    def _looked_at(self, process: Process) -> Happened | None:
+        from cspcheck.checker.checks.coverage import TooManySteps, happened
+
+        try:
+            exploration = self._machines.exploration(process, "everything", Budget(self._limits), original=True)
+            return happened(exploration) if exploration.complete else None
+        except (Incomplete, TooManySteps):
+            return None
 
     @property
     def events(self) -> EventTable:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Final, Literal
+
+from cspcheck.cspm.syntax.tree import Model, PropertyKind
 
 if TYPE_CHECKING:
     from cspcheck.cspm.process.terms import Process
@@ -20,6 +22,14 @@ class Verdict(StrEnum):
 
 
 CounterexampleKind = Literal["trace", "refusal", "deadlock", "divergence", "nondeterminism", "obligation"]
+
+DEFAULT_MODELS: Final[dict[PropertyKind, Model]] = {
+    "deadlock free": "FD",
+    "divergence free": "FD",
+    "deterministic": "FD",
+    "has trace": "T",
+}
+"""The model in which a property is looked at that names none."""
 
 
 @dataclass(frozen=True, slots=True)

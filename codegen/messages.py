@@ -269,6 +269,30 @@ def foreign_folder(path: str, files: Sequence[str]) -> Diagnostic:
 
 
 @mistake(
+    "CSP814",
+    "a process too large for a table",
+    explanation="""
+A process that does not read as a program (or is to run on a target that runs tables) is generated as its states and the
+events between them. Data that is counted in thousands belongs into variables, not into a table.
+""",
+    example="""
+channel c : {0..9}
+P(s) = #s < 6 & c?x -> P(s^<x>)
+SYSTEM = P(<>)
+""",
+    repair="smaller types (`-D N=2`, `reading nat = 0..3`), or a definition that can be translated as it is written",
+)
+def too_large(name: str, what: str, most: int, span: Span | None) -> Diagnostic:
+    """The machine of *name* has more than *most* of *what*."""
+    return Diagnostic(
+        "CSP814",
+        f"`{name}` has more than {most:,} {what}, too many for a table",
+        span,
+        help="give its data smaller types, or divide it into several processes",
+    )
+
+
+@mistake(
     "CSP813",
     "a list of generated files that names others",
     explanation="""

@@ -194,10 +194,20 @@ class Follower:
             try:
                 (number,) = self.script.trace(f"<{text}>")
             except (ScriptError, ValueError):
-                self._events[text] = None
+                self._events[text] = self._named(text)
             else:
                 self._events[text] = number
         return self._events[text]
+
+    def _named(self, text: str) -> int | None:
+        """The number of an event that is called so: one with values that no expression has, such as real numbers."""
+        table = self.script.events
+        for channel in table.channels:
+            if text.startswith(f"{channel.name}.") and channel.size is not None and channel.size <= MOST_STATES:
+                for event in range(channel.base, channel.base + channel.size):
+                    if table.name(event) == text:
+                        return event
+        return None
 
     def _departure(self, event: str, why: str) -> Departure:
         states = [describe(state, self.script.events, width=90) for state in list(self._sets[self._now])[:3]]
@@ -220,7 +230,7 @@ def shown(process: Process, table: EventTable) -> tuple[Process, EventSet]:
             parts = [_shown_part(operand, table) for operand in process.operands]
             for _, own in parts:
                 events = events | own
-            return Parallel(process.events, tuple(part for part, _ in parts)), events
+            return Parallel(process.events, tuple(part for part, _ in parts), process.clocks), events
         else:
             return process, events
 

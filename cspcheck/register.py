@@ -5,10 +5,10 @@ messages.
 from __future__ import annotations
 
 import pkgutil
-from difflib import get_close_matches
 from importlib import import_module
 
 from cspcheck.cspm.diagnostics import MISTAKES, Mistake
+from cspcheck.cspm.spelling import suggestions
 
 PHASES = {
     "0": "Files and characters",
@@ -43,4 +43,4 @@ def find(code: str) -> Mistake | None:
 
 def close_codes(code: str) -> list[str]:
     """Codes that look like *code*."""
-    return get_close_matches(code.upper(), [m.code for m in all_mistakes()], n=3, cutoff=0.6)
+    return list(suggestions(code.upper(), [m.code for m in all_mistakes()]))

@@ -19,7 +19,6 @@ from cspcheck.checker.network.compiler import LimitReached, compile_network
 from cspcheck.checker.network.network import Network
 from cspcheck.checker.packing.packed import pack
 from cspcheck.checker.search.exploration import explore
-from cspcheck.checker.semantics.head_normal import active
 from cspcheck.checker.verdict import Outcome, Verdict
 from cspcheck.cspm.process.terms import Beyond, Process
 
@@ -34,7 +33,7 @@ def left_in(term: Process) -> Beyond | None:
         part = waiting.pop()
         if isinstance(part, Beyond):
             return part
-        for operand in active(part):
+        for operand in part.active():
             if operand not in seen:
                 seen.add(operand)
                 waiting.append(operand)

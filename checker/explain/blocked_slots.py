@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Iterable, Mapping
 from itertools import count
 
@@ -68,27 +67,16 @@ def shortest_cycle(waits_for: Blocked) -> tuple[int, ...] | None:
 
     Of several the one with the earliest slot, which comes first; None if there is none.
     """
-    successors = {slot: sorted(others) for slot, others in waits_for.items()}
-    cycles = (_cycle_through(start, successors) for start in sorted(successors))
-    return min((cycle for cycle in cycles if cycle is not None), key=len, default=None)
+    import networkx
 
-
-def _cycle_through(start: int, successors: dict[int, list[int]]) -> tuple[int, ...] | None:
-    """The shortest cycle from *start* back to it, the least successors first."""
-    previous: dict[int, int] = {}
-    queue = deque([start])
-    while queue:
-        node = queue.popleft()
-        for successor in successors.get(node, ()):
-            if successor == start:
-                cycle = [node]
-                while cycle[-1] != start:
-                    cycle.append(previous[cycle[-1]])
-                return tuple(reversed(cycle))
-            if successor not in previous:
-                previous[successor] = node
-                queue.append(successor)
-    return None
+    graph = networkx.DiGraph()
+    graph.add_edges_from((slot, other) for slot in sorted(waits_for) for other in sorted(waits_for[slot]))
+    cycles: list[tuple[int, ...]] = []
+    for start in sorted(waits_for):
+        # Breadth first, so the first that waits for the start closes the shortest cycle through it.
+        ways = networkx.single_source_shortest_path(graph, start) if start in graph else {}
+        cycles += [tuple(way) for end, way in ways.items() if graph.has_edge(end, start)][:1]
+    return min(cycles, key=len, default=None)
 
 
 def _without_rules(process: Process, network: Network) -> dict[Move, set[int]]:

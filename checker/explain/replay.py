@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from cspcheck.checker.semantics.head_normal import active
 from cspcheck.checker.semantics.steps import Row
 from cspcheck.checker.semantics.transitions import Semantics, offer
 from cspcheck.cspm.process.events import TAU
@@ -123,7 +122,7 @@ def _parts(term: Process) -> set[Process]:
     found = {term}
     pending = [term]
     while pending:
-        for part in active(pending.pop()):
+        for part in pending.pop().active():
             if part not in found:
                 found.add(part)
                 pending.append(part)

@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 from cspcheck.checker.network.actions import Path
 from cspcheck.checker.network.shapes import INTERRUPTS, JOINING, STATIC_UNARY, UNARY, template
 from cspcheck.checker.semantics.derivation import Derivation, derive
-from cspcheck.checker.semantics.head_normal import active
 from cspcheck.checker.semantics.steps import Row
 from cspcheck.checker.semantics.transitions import Semantics
 from cspcheck.cspm.process.events import TICK
@@ -88,7 +87,7 @@ def _components(tree: Tree, state: Process) -> Iterator[tuple[Component, Process
     if tree.component is not None:
         yield tree.component, state
         return
-    for child, operand in zip(tree.children, active(state), strict=True):
+    for child, operand in zip(tree.children, state.active(), strict=True):
         yield from _components(child, operand)
 
 
@@ -99,7 +98,7 @@ def is_composed(state: Process) -> bool:
     """Whether there is a parallel composition among the operators that decide what a state does next."""
     if isinstance(state, JOINING):
         return True
-    return isinstance(state, _DESCENDED) and any(map(is_composed, active(state)))
+    return isinstance(state, _DESCENDED) and any(map(is_composed, state.active()))
 
 
 class Runner:
@@ -164,10 +163,10 @@ class Runner:
         written, place = _behind_names(written, place)
         if not is_composed(state) and not isinstance(state, STATIC_UNARY):
             return Tree(self._component(place, path), place)
-        operands = active(state)
+        operands = state.active()
         inside = replace(place, is_part=True) if len(operands) > 1 else place
         known = type(written) is type(state) and written is not state
-        names = active(written) if known else tuple(map(self._name, operands))
+        names = written.active() if known else tuple(map(self._name, operands))
         return Tree(
             None,
             place,
@@ -199,7 +198,7 @@ class Runner:
             if is_composed(after):
                 return self._tree(self._name(after), after, tree.place, path)
             return tree
-        operands = active(state)
+        operands = state.active()
         children = list(tree.children)
         for i, move in step.moves:
             children[i] = self._moved(children[i], operands[i], move, (*path, i), parts)
@@ -219,10 +218,10 @@ class Runner:
 
 def _stands(state: Process, step: Derivation) -> bool:
     """Whether the operator of a state is still there after a step, over operands of which some have moved."""
-    if len(active(step.after)) != len(active(state)) or template(step.after) is not template(state):
+    if len(step.after.active()) != len(state.active()) or template(step.after) is not template(state):
         return False
     moved = dict(step.moves)
-    for i, (before, after) in enumerate(zip(active(state), active(step.after), strict=True)):
+    for i, (before, after) in enumerate(zip(state.active(), step.after.active(), strict=True)):
         expected = before if i not in moved else moved[i].after
         if after is not expected and not (isinstance(state, JOINING) and i in moved and moved[i].event == TICK):
             return False

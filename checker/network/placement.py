@@ -51,20 +51,16 @@ def network_of(formats: Formats, heads: HeadNormalForms) -> Network:
 
 
 def _slots_of_their_own(formats: Formats) -> list[int]:
-    """A slot for each place; one for all places that components pass between (by union-find)."""
-    parent = [place for format in formats.all for place in format.places.values()]
+    """A slot for each place; one for all places that components pass between ."""
+    import networkx
 
-    def root(place: int) -> int:
-        while parent[place] != place:
-            parent[place] = place = parent[parent[place]]
-        return place
-
+    passed = networkx.Graph()
+    passed.add_nodes_from(place for format in formats.all for place in format.places.values())
     for format in formats.all:
         for after in format.nexts.values():
-            for path in kept(format, after):
-                a, b = sorted((root(format.places[path]), root(after.format.places[path])))
-                parent[b] = a
-    return _numbered(map(root, range(len(parent))))
+            passed.add_edges_from((format.places[path], after.format.places[path]) for path in kept(format, after))
+    first = {place: min(together) for together in networkx.connected_components(passed) for place in together}
+    return _numbered(first[place] for place in range(len(first)))
 
 
 def _shared_slots(formats: Formats) -> list[int]:

@@ -14,8 +14,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from cspcheck.checker.network.actions import Path
-from cspcheck.checker.network.components import ALONE, JOINED, Interrupting, Role
-from cspcheck.checker.semantics.head_normal import active, with_active
+from cspcheck.checker.network.components import ALONE, Interrupting, Joined, Role
 from cspcheck.cspm.process.events import EventSet
 from cspcheck.cspm.process.terms import (
     STOP,
@@ -81,7 +80,7 @@ class Parts:
         way: list[Process] = []
         while term not in known and isinstance(term, UNARY + INTERRUPTS):
             way.append(term)
-            term = active(term)[0]
+            term = term.active()[0]
         result = known[term] if term in known else isinstance(term, JOINING)
         # What is nested deep was met before with an operator less, as a rule.
         for passed in way:
@@ -92,7 +91,7 @@ class Parts:
 def is_taken_apart(term: Process) -> bool:
     """Whether some shape other than a hole could be that of the term."""
     while isinstance(term, UNARY):
-        term = active(term)[0]
+        term = term.active()[0]
     return isinstance(term, JOINING + INTERRUPTS)
 
 
@@ -117,12 +116,13 @@ class Shapes:
             raise Unsuited("operators are nested too deep")
         whole = Hole(role), (((), term),)
         if isinstance(term, JOINING):
-            return _node(term, [self.of(operand, JOINED, depth + 1) for operand in active(term)])
+            below = Joined(term.clocks)
+            return _node(term, [self.of(operand, below, depth + 1) for operand in term.active()])
         if not isinstance(term, UNARY + INTERRUPTS) or not self.has_parts(term):
             return whole
         if not isinstance(term, STATIC_UNARY) and self._is_small(term):
             return whole
-        first = self.of(active(term)[0], role if isinstance(term, STATIC_UNARY) else ALONE, depth + 1)
+        first = self.of(term.active()[0], role if isinstance(term, STATIC_UNARY) else ALONE, depth + 1)
         if isinstance(first[0], Hole):
             return whole
         if isinstance(term, INTERRUPTS):
@@ -152,7 +152,7 @@ class Shapes:
                 if not isinstance(above.template, UNARY):
                     break
                 path = path[:-1]
-                term = with_active(above.template, (term,))
+                term = above.template.with_active((term,))
                 part, filling = self.of(term, role_at(shape, path), len(path))
             shape = _put(shape, path, part)
             positions.append(path)
@@ -173,7 +173,7 @@ def _node(term: Process, children: list[tuple[Shape, Fillings]]) -> tuple[Shape,
 
 def template(term: Process) -> Process:
     """The operator of a term applied to STOPs."""
-    return with_active(term, (STOP,) * len(active(term)))
+    return term.with_active((STOP,) * len(term.active()))
 
 
 def at(shape: Shape, path: Path) -> Shape:
@@ -190,7 +190,7 @@ def role_at(shape: Shape, path: Path) -> Role:
     for i in path:
         assert isinstance(shape, Node)
         if isinstance(shape.template, JOINING):
-            role = JOINED
+            role = Joined(shape.template.clocks)
         elif isinstance(shape.template, INTERRUPTS) and i == 1:
             role = Interrupting(_synchronised(shape.template))
         elif not isinstance(shape.template, STATIC_UNARY):
@@ -210,7 +210,7 @@ def may_be(shape: Shape, term: Process) -> bool:
     """Whether a term could have been taken apart into a shape."""
     if isinstance(shape, Hole):
         return True
-    return template(term) is shape.template and all(map(may_be, shape.children, active(term)))
+    return template(term) is shape.template and all(map(may_be, shape.children, term.active()))
 
 
 def _put(shape: Shape, path: Path, part: Shape) -> Shape:

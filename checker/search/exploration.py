@@ -16,7 +16,7 @@ from cspcheck.checker.arrays import Int64Array
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.search.levels import NO_LIMITS, LevelSearch, Progress, StopReason
-from cspcheck.checker.search.tau_cycles import divergent_states, tau_cyclic_states
+from cspcheck.checker.search.tau_cycles import divergent_states_of_level, tau_cyclic_states
 from cspcheck.checker.search.walk import CHUNK, Transitions, Walk, transitions_of
 from cspcheck.checker.verdict import Limits
 
@@ -129,7 +129,7 @@ class Exploration:
         """The states of a level from which an infinite path of taus starts: ascending indices."""
         if self.divergence_level is None:
             return np.zeros(0, dtype=np.int64)
-        return divergent_states(self.walk, self.divergence_level, level)
+        return divergent_states_of_level(self.walk, self.divergence_level, level)
 
     def tau_cyclic(self, level: int) -> Int64Array:
         """The states of a level that lie on a cycle of taus: ascending indices."""

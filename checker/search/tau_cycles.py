@@ -33,7 +33,7 @@ def cyclic_nodes(sources: Int64Array, targets: Int64Array, first: int, last: int
     return first + np.flatnonzero(cyclic[component])
 
 
-def divergent_states(walk: Walk, first_level: int, level: int) -> Int64Array:
+def divergent_states_of_level(walk: Walk, first_level: int, level: int) -> Int64Array:
     """The states of a level from which an infinite path of taus starts: ascending numbers.
 
     Args:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from cspcheck.checker.semantics.head_normal import active
 from cspcheck.checker.semantics.steps import Row
 from cspcheck.checker.semantics.transitions import Semantics
 from cspcheck.cspm.process.events import TAU, TICK
@@ -55,7 +54,7 @@ def derive(semantics: Semantics, state: Process, event: int, after: Process) -> 
         NotDerivable: it is none of them.
         ScriptError: a definition cannot be evaluated.
     """
-    operands = active(state)
+    operands = state.active()
     if not operands:
         if (event, after) not in semantics.transitions(state):
             raise NotDerivable(f"no transition {event} of {type(state).__name__}")
@@ -70,7 +69,7 @@ def _premises(
     semantics: Semantics, state: Process, event: int, after: Process
 ) -> list[tuple[int, tuple[int, Process]]]:
     """The transitions of operands that a step needs, at most one for each operand."""
-    rows: list[Row] = [semantics.transitions(operand) for operand in active(state)]
+    rows: list[Row] = [semantics.transitions(operand) for operand in state.active()]
 
     def enough(i: int, row: Row) -> bool:
         return (event, after) in semantics.applied(state, [*rows[:i], row, *rows[i + 1 :]])

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from cspcheck.checker.semantics.head_normal import applied
 from cspcheck.checker.semantics.steps import Row, State, Step
 from cspcheck.cspm.process.events import TAU, TICK
 from cspcheck.cspm.process.terms import STOP, TERMINATED, External, Process, Watchdog, prefix
@@ -82,7 +81,7 @@ def _again(p: External, after: Process, ahead: Callable[[Process, Rows], Process
     """The function applied to what comes after an event, once taus have been followed there; so states are few."""
     if after is TERMINATED or (isinstance(after, External) and after.function == p.function):
         return after
-    return applied(p, ahead(after, rows) or after)
+    return p.with_active((ahead(after, rows) or after,))
 
 
 def prioritise_by_order(p: External, row: Row) -> list[Step]:
@@ -97,7 +96,7 @@ def prioritise_by_order(p: External, row: Row) -> list[Step]:
     urgent = TAU in possible or TICK in possible
     lower = {low for high, low in order if high in possible}  # type: ignore[attr-defined]
     return [
-        (event, after if after is TERMINATED else applied(p, after))
+        (event, after if after is TERMINATED else p.with_active((after,)))
         for event, after in row
         if event in (TAU, TICK)
         or event not in events  # type: ignore[operator]

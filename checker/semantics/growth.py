@@ -6,49 +6,16 @@ from collections.abc import Iterable, Sequence
 
 from cspcheck.checker.budget import LimitReached
 from cspcheck.checker.messages import growing_arguments, growing_process, too_many_states
-from cspcheck.checker.semantics.head_normal import HeadNormalForms, active, definition_name
+from cspcheck.checker.semantics.head_normal import HeadNormalForms, definition_name
 from cspcheck.cspm.process.terms import (
-    AlphabetisedParallel,
-    Compressed,
-    ExternalChoice,
-    Hide,
-    Interrupt,
-    LinkedParallel,
-    Parallel,
-    Prioritised,
     Process,
-    Project,
     Reference,
-    Rename,
-    Sequential,
-    SlidingChoice,
-    SynchronisingChoice,
-    SynchronisingInterrupt,
-    Throw,
 )
 from cspcheck.cspm.source import Span
 
 _FEW = 3
 _NESTED = 8
 """No one writes one operator inside itself so often; a recursion does."""
-
-_SYMBOLS: dict[type[Process], str] = {
-    ExternalChoice: "[]",
-    SlidingChoice: "[>",
-    SynchronisingChoice: "[+ +]",
-    Interrupt: "/\\",
-    SynchronisingInterrupt: "/+ +\\",
-    Throw: "[| |>",
-    Sequential: ";",
-    Parallel: "[| |]",
-    AlphabetisedParallel: "[ || ]",
-    LinkedParallel: "[ <-> ]",
-    Hide: "\\",
-    Project: "|\\",
-    Rename: "[[ ]]",
-    Compressed: "compression",
-    Prioritised: "prioritise",
-}
 
 
 def too_many(process: Process, terms: Sequence[Process], heads: HeadNormalForms) -> LimitReached:
@@ -75,7 +42,7 @@ def _growing(terms: Sequence[Process]) -> tuple[str | None, int]:
         return None, 0
     depth = last[kind]
     grows = depth >= _NESTED and depth > middle.get(kind, 0) > early.get(kind, 0)
-    return (_SYMBOLS[kind], depth) if grows else (None, 0)
+    return (kind.symbol, depth) if grows else (None, 0)
 
 
 def _calls(terms: Iterable[Process], heads: HeadNormalForms) -> dict[Span | str, list[Reference]]:
@@ -88,7 +55,7 @@ def _calls(terms: Iterable[Process], heads: HeadNormalForms) -> dict[Span | str,
             part = parts.pop()
             if part not in seen:
                 seen.add(part)
-                parts.extend(active(part))
+                parts.extend(part.active())
                 call = heads.name(part)
                 if call is not None:
                     calls.setdefault(call.span or definition_name(call), []).append(call)
@@ -107,7 +74,7 @@ def _depths(term: Process) -> dict[type[Process], int]:
     level = {term}
     while level:
         for kind in {type(t) for t in level}:
-            if kind in _SYMBOLS:
+            if kind.symbol:
                 depths[kind] = depths.get(kind, 0) + 1
-        level = {operand for t in level for operand in active(t)}
+        level = {operand for t in level for operand in t.active()}
     return depths

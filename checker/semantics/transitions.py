@@ -20,7 +20,7 @@ from cspcheck.checker.lts import Lts
 from cspcheck.checker.messages import nested_functions
 from cspcheck.checker.semantics.external import FOLLOWING, watch
 from cspcheck.checker.semantics.growth import too_many
-from cspcheck.checker.semantics.head_normal import HeadNormalForms, active
+from cspcheck.checker.semantics.head_normal import HeadNormalForms
 from cspcheck.checker.semantics.parallel import CONCURRENT_RULES
 from cspcheck.checker.semantics.sequential import SEQUENTIAL_RULES
 from cspcheck.checker.semantics.steps import Row, Step
@@ -76,13 +76,13 @@ class Semantics:
         found = known.get(state)
         if found is not None:
             return found
-        todo = [operand for operand in active(state) if operand not in known]
+        todo = [operand for operand in state.active() if operand not in known]
         while todo:
             term = todo[-1]
             if term in known:
                 todo.pop()
                 continue
-            missing = [operand for operand in active(term) if operand not in known]
+            missing = [operand for operand in term.active() if operand not in known]
             if missing:
                 todo.extend(missing)
             else:
@@ -98,7 +98,7 @@ class Semantics:
 
     def _apply(self, term: Process) -> Row:
         known = self._known
-        steps = self.applied(term, [known[operand] for operand in active(term)])
+        steps = self.applied(term, [known[operand] for operand in term.active()])
         return tuple(sorted(dict.fromkeys(steps), key=_event)) if len(steps) > 1 else tuple(steps)
 
     def _followed(self, term: External | Watchdog) -> list[Step]:

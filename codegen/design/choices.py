@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from cspcheck.codegen import messages
-from cspcheck.codegen.design.expressions import OR, TERNARY, Expressions, constant, flattened
+from cspcheck.codegen.design.expressions import OR, TERNARY, Expressions, bracketed, constant, flattened
 from cspcheck.codegen.design.naming import snake, unique
 from cspcheck.codegen.design.pieces import (
     DEEPEST,
@@ -47,6 +47,8 @@ class Choices:
         self.names = expressions.names
         self.reserved: set[str] = set(RESERVED)
         """Names that states cannot have."""
+        self.timed: frozenset[syntax.Declaration] = frozenset()
+        """Definitions in Timed sections: time passes between their events, which only their machines show."""
         self.owner: Symbol | None = None
         """The module in which the definitions stand: None for the script itself."""
         self.states: dict[Symbol, State] = {}
@@ -89,7 +91,7 @@ class Choices:
             case syntax.If():
                 condition = self.expressions.text(node.condition, OR)
                 yield from self._branches(node.then, both(guard, condition), depth, restrictions)
-                otherwise = f"not ({condition})" if " " in condition else f"not {condition}"
+                otherwise = bracketed(self.expressions.negated(node.condition), OR)
                 yield from self._branches(node.otherwise, both(guard, otherwise), depth, restrictions)
             case syntax.Replicated(operator="[]"):
                 yield from self._replicated(node, guard, depth, restrictions)
@@ -358,6 +360,8 @@ class Choices:
         if isinstance(function, syntax.Name):
             symbol = self.names.symbol(function)
             known = symbol.kind in (SymbolKind.VALUE, SymbolKind.FUNCTION) and not symbol.is_local
+            if symbol.declaration in self.timed:
+                raise self.expressions.refused(node, f"`{symbol.name}`, a process in time,")
             if (known and symbol.owner is self.owner) or symbol.kind is SymbolKind.BUILTIN:
                 return symbol, node.arguments if isinstance(node, syntax.Apply) else ()
         why = f"`{' '.join(node.span.text.split())}`, which is no process defined at the top of the script"

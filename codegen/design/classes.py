@@ -25,6 +25,7 @@ from cspcheck.cspm.oz.values.evaluation import Evaluator
 from cspcheck.cspm.oz.values.substitution import substituted
 from cspcheck.cspm.oz.values.terms import primed, shape, show_term
 from cspcheck.cspm.script import Script
+from cspcheck.cspm.values.failure import Failure
 
 RESERVED = frozenset(
     {"initial", "invariant", "allows", "assignments", "anything", "snapshot", "restore", "after", "self"}
@@ -175,8 +176,8 @@ class Classes:
             return None
         try:
             values = self._evaluator(owner).enumerate(term)
-        except Exception:
-            return None
+        except Failure:
+            return None  # not finite, or not to be listed: no range to hold values against
         return tuple(sorted(values))
 
     def _real_bounds(self, term: core.Term) -> tuple[float, float] | None:
@@ -359,7 +360,7 @@ class _ClassDesigner:
             text = self._all(operation.effect)
             self.out.add("")
             with self.out.block(f"def {post}(self{whole}, after: Any) -> bool:"):
-                self.out.add(_doc(operation.effect), f"return bool({text})")
+                self.out.add(_doc(operation.effect), f"return {_truth(text)}")
         text = _shown((*operation.guard, *operation.effect))
         return OperationDesign(name, method, attribute, kinds, guard, gives, post, tuple(notes), own, text)
 
@@ -434,6 +435,11 @@ def _shown(terms: tuple[core.Term, ...]) -> str:
     text = " and ".join(show_term(term) for term in terms) or "true"
     text = " ".join(text.split())
     return text if len(text) <= 90 else f"{text[:87].rstrip()}..."
+
+
+def _truth(text: str) -> str:
+    """A condition as a truth value; what speaks of after-values has no type of its own."""
+    return text if text in ("True", "False") else f"bool({text})"
 
 
 def _doc(terms: tuple[core.Term, ...]) -> str:

@@ -20,7 +20,7 @@ from cspcheck.cspm.typing import types
 from cspcheck.cspm.values.dots import Constructor, Dotted, Event
 from cspcheck.cspm.values.sets import Set
 from cspcheck.cspm.values.text import show
-from cspcheck.cspm.values.values import Boolean, Sequence as CspSequence
+from cspcheck.cspm.values.values import Boolean, Map, Real, Sequence as CspSequence
 
 INTEGERS_LISTED = 8
 """So many integers that are no range are listed in a type without a name."""
@@ -58,6 +58,12 @@ class Data:
                 return repr(value)
             case str():
                 return literal(value)
+            case Real():
+                return repr(float(value.value))
+            case Map():
+                entries = sorted(value.entries.items(), key=lambda entry: show(entry[0]))
+                rows = [f"({self.literal(k, where, span)}, {self.literal(v, where, span)})" for k, v in entries]
+                return f"({', '.join(rows)}{',' if len(rows) == 1 else ''})"
             case tuple():
                 items = [self.literal(item, where, span) for item in value]
                 return f"({', '.join(items)})"
@@ -275,9 +281,9 @@ class Data:
 
 
 def _has_sequence(value: Any) -> bool:
-    """Whether a value has a sequence in it, which in Python is a tuple like others."""
+    """Whether a value has something in it that in Python looks like something else: sequences, maps, reals."""
     match value:
-        case CspSequence():
+        case CspSequence() | Map() | Real():
             return True
         case tuple():
             return any(map(_has_sequence, value))

@@ -234,8 +234,28 @@ class Expressions:
             case "-":
                 return (f"-{self.text(node.operand, UNARY)}", UNARY)
             case "not":
-                return (f"not {self.text(node.operand, NOT)}", NOT)
+                return self.negated(node.operand)
         return (f"len({self.text(node.operand)})", ATOM)
+
+    def negated(self, node: syntax.Expr) -> Code:
+        """That something does not hold, as a person writes it."""
+        while isinstance(node, syntax.Paren):
+            node = node.inner
+        match node:
+            case syntax.Unary(operator="not"):
+                return self.code(node.operand)
+            case syntax.Binary(operator="==" | "!=" as operator):
+                left, right = self.text(node.left, COMPARE + 1), self.text(node.right, COMPARE + 1)
+                return (f"{left} {'!=' if operator == '==' else '=='} {right}", COMPARE)
+            case syntax.Apply(function=syntax.Name() as function) if self.names.symbol(
+                function
+            ).kind is SymbolKind.BUILTIN and len(node.arguments) in (1, 2):
+                if function.text in ("null", "empty"):
+                    return (f"len({self.text(node.arguments[0])}) > 0", COMPARE)
+                if function.text in ("member", "elem"):
+                    value, collection = (self.text(argument, COMPARE + 1) for argument in node.arguments)
+                    return (f"{value} not in {collection}", COMPARE)
+        return (f"not {self.text(node, NOT)}", NOT)
 
     def _display(
         self,

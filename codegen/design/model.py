@@ -23,6 +23,7 @@ class ChannelDesign:
     inner: bool = False
     members: tuple[str, ...] = ()
     """The tasks that can take part."""
+    rank: int | None = None
 
 
 @dataclass
@@ -59,6 +60,12 @@ class TaskDesign:
     from_data: set[str] = field(default_factory=set)
     functions: set[str] = field(default_factory=set)
     of_class: ClassPart | None = None
+    table: list[str] | None = None
+    """The rows of its machine, if the task is one."""
+    why: str = ""
+    """Why it is one."""
+    clocked: tuple[str, ...] = ()
+    """The attributes of the channels that count time, for a machine."""
 
 
 @dataclass(frozen=True)
@@ -112,3 +119,5 @@ class Design:
     tasks: list[TaskDesign]
     functions: list[str]
     functions_from_data: set[str]
+    tock: float | None = None
+    """How many seconds an event of `tock` stands for, if there is one."""

@@ -6,7 +6,9 @@ import builtins
 import keyword
 import re
 
-_FORBIDDEN = frozenset(keyword.kwlist) | frozenset(keyword.softkwlist) | frozenset(dir(builtins)) | {"self"}
+_FORBIDDEN = (
+    frozenset(keyword.kwlist) | frozenset(keyword.softkwlist) | frozenset(dir(builtins)) | {"self", "l", "I", "O"}
+)
 
 
 def snake(name: str) -> str:

@@ -36,6 +36,7 @@ from cspcheck.cspm.process.terms import (
     Run,
     Sequential,
     SlidingChoice,
+    Stop,
     SynchronisingChoice,
     SynchronisingInterrupt,
     Throw,
@@ -85,6 +86,8 @@ class Wire:
     tasks: tuple[int, ...] = ()
     groups: frozenset[Group] = frozenset()
     by_event: dict[int, frozenset[Group]] | None = None
+    rank: int | None = None
+    """Where priorities put the channel: its events happen only when none of a lower rank is possible."""
 
     def all_groups(self) -> frozenset[Group]:
         """Every group that can perform some event of the channel."""
@@ -110,6 +113,8 @@ class Network:
 
     leaves: list[Leaf]
     wires: list[Wire]
+    tables: set[int] = field(default_factory=set)
+    """The leaves whose events only their machine tells: they apply something that no task does as it is written."""
 
 
 class Alphabets:
@@ -190,9 +195,18 @@ class _Part:
 class Composition:
     """Takes a composition apart. Use :func:`network`."""
 
-    def __init__(self, table: EventTable, classes: Callable[[str], Iterable[str] | None]) -> None:
+    def __init__(
+        self,
+        table: EventTable,
+        classes: Callable[[str], Iterable[str] | None],
+        alphabet: Callable[[Reference], Iterable[int]] | None = None,
+    ) -> None:
         self.table = table
         self._classes = classes
+        self._alphabet = alphabet
+        self._levels: tuple[EventSet, ...] = ()
+        self._ranking = False
+        self.tables: set[int] = set()
         self.leaves: list[Leaf] = []
         self.wires: list[Wire] = []
         self._alphabets = Alphabets(table)
@@ -202,6 +216,7 @@ class Composition:
             if channel.size
         }
         self._known: dict[Process, EventSet] = {}
+        self._by_table: set[Process] = set()
         self._names: dict[str, int] = {}
 
     def part(self, term: Process, outer: bool = False) -> _Part:
@@ -213,8 +228,17 @@ class Composition:
         match term:
             case Reference():
                 body = term.body()
-                composed = isinstance(body, _COMPOSED) and not term.text.endswith("::visible")
-                return self.part(body, outer) if composed else self._leaf(term)
+                composed = isinstance(body, _COMPOSED) or (isinstance(body, Prioritised) and self._may_rank(outer))
+                whole = composed and not term.text.endswith("::visible")
+                return self.part(body, outer) if whole else self._leaf(term)
+            case Prioritised() if self._may_rank(outer):
+                self._levels = term.levels
+                self._ranking = True
+                inside = self.part(term.process, outer)
+                self._ranking = False
+                return inside
+            case Stop():
+                return _Part([], [], {})
             case Compressed():
                 return self.part(term.process)
             case Parallel():
@@ -233,6 +257,10 @@ class Composition:
                 return self._link(term)
         raise ScriptError(messages.unnamed_task(describe(term, self.table), None))
 
+    def _may_rank(self, outer: bool) -> bool:
+        """Whether priorities met here are those of the whole: then events have ranks when the program runs."""
+        return outer and not self._levels and self._alphabet is not None
+
     def _leaf(self, reference: Reference) -> _Part:
         channels_of_class = self._classes(reference.text)
         text = reference.text.removesuffix("::visible") if channels_of_class is not None else reference.text
@@ -241,11 +269,19 @@ class Composition:
         events = self._known.get(reference)
         if events is None:
             if channels_of_class is None:
-                events = self._alphabets.of(reference, text)
+                try:
+                    events = self._alphabets.of(reference, text)
+                except ScriptError:
+                    if self._alphabet is None:
+                        raise
+                    events = _from_numbers(self._alphabet(reference))
+                    self._by_table.add(reference)
             else:
                 events = self._of_channels(channels_of_class, reference)
             self._known[reference] = events
         number = len(self.leaves)
+        if reference in self._by_table:
+            self.tables.add(number)
         self.leaves.append(Leaf(reference, name, events))
         channels = {channel for channel in self.table.channels if self._overlaps(events, channel)}
         pieces: Pieces = [(events, frozenset([frozenset([number])]))] if events else []
@@ -315,6 +351,8 @@ class Composition:
     ) -> None:
         """Make the wire of a channel, and plug it into the ports of all leaves that have the channel."""
         wire = Wire(channel, hidden, _inside(pieces, self._whole[channel.name]), inner)
+        if hidden and self._ranking:
+            wire.rank = 0  # what is hidden ranks with the first
         self.wires.append(wire)
         self._plug(wire, channel, bound)
 
@@ -373,7 +411,7 @@ class Composition:
             for pieces in (of_left, of_right):
                 if any(not piece <= events for piece, _ in pieces):
                     raise ScriptError(messages.part_of_channel("links", name))
-            wire = Wire(mine, True, joined(of_left, of_right, events), inner=True)
+            wire = Wire(mine, True, joined(of_left, of_right, events), inner=True, rank=0 if self._ranking else None)
             self.wires.append(wire)
             for part, channel in ((left, mine), (right, theirs)):
                 part.pieces = _outside(part.pieces, self._whole[channel.name])
@@ -396,7 +434,19 @@ class Composition:
             count = used[wire.channel.name] = used.get(wire.channel.name, 0) + 1
             wire.name = wire.channel.name if count == 1 else f"{wire.channel.name}_{count}"
             self._settle(wire)
-        return Network(self.leaves, self.wires)
+            if wire.rank is None:
+                wire.rank = self._rank(wire.channel)
+        return Network(self.leaves, self.wires, self.tables)
+
+    def _rank(self, channel: Channel) -> int | None:
+        """The rank of a channel: 0 is the highest; None: priorities do not speak of it."""
+        whole = self._whole[channel.name]
+        for rank, events in enumerate(self._levels):
+            if whole <= events:
+                return rank
+            if not whole.isdisjoint(events):
+                raise ScriptError(messages.part_of_channel("gives a priority to", channel.name))
+        return None
 
     def _settle(self, wire: Wire) -> None:
         """Say who takes part: for the whole channel if that is the same for all events that could come about."""
@@ -475,7 +525,10 @@ def _outside(pieces: Pieces, events: EventSet) -> Pieces:
 
 
 def network(
-    term: Process, table: EventTable, classes: Callable[[str], Iterable[str] | None] = lambda text: None
+    term: Process,
+    table: EventTable,
+    classes: Callable[[str], Iterable[str] | None] = lambda text: None,
+    alphabet: Callable[[Reference], Iterable[int]] | None = None,
 ) -> Network:
     """The tasks and channels of a composition.
 
@@ -483,9 +536,10 @@ def network(
         term: the composition.
         table: the events of the script.
         classes: the channels of a class by what its process is called; None for what is no class.
+        alphabet: the events of a process that no task does as it is written, if such processes are wanted.
 
     Raises:
         ScriptError: it is no composition of named sequential processes.
     """
-    composition = Composition(table, classes)
+    composition = Composition(table, classes, alphabet)
     return composition.finish(composition.part(term, outer=True))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from typing import Any
 
 from cspcheck.codegen import messages, runtime
@@ -10,12 +11,14 @@ from cspcheck.codegen.design.class_tasks import ClassProcesses, main_of, operati
 from cspcheck.codegen.design.classes import Classes, OperationDesign
 from cspcheck.codegen.design.data import Data
 from cspcheck.codegen.design.expressions import Expressions
+from cspcheck.codegen.design.machine import Semantics, machine
 from cspcheck.codegen.design.model import ChannelDesign, ClassPart, Design, Instance, MethodDesign, TaskDesign
 from cspcheck.codegen.design.naming import camel, snake, unique
-from cspcheck.codegen.design.network import Group, Leaf, Network, Wire, network
-from cspcheck.codegen.design.pieces import InternalChoice, Lines, Method, NeedsStates, Plain, State, Use
+from cspcheck.codegen.design.network import Alphabets, Group, Leaf, Network, Wire, network
+from cspcheck.codegen.design.pieces import RESERVED, InternalChoice, Lines, Method, NeedsStates, Plain, State, Use
+from cspcheck.codegen.design.tables import TableWriter
 from cspcheck.codegen.design.tasks import Processes
-from cspcheck.codegen.design.timing import Timing, timings
+from cspcheck.codegen.design.timing import Timing, timings, tock
 from cspcheck.codegen.quoting import literal, literals, phrase
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
@@ -27,66 +30,35 @@ from cspcheck.cspm.script import Script
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.typing import types
 
+TOCK = "tock"
+"""The channel that counts time."""
 RESERVED_MODULES = sys.stdlib_module_names | {"channels", "data_types", "functions", "main", "runtime", "tests"}
 """Names of other modules: a module of the program that is called like one of them would hide it, or be it."""
 
 
-def design(script: Script, process: str, internal_choice: InternalChoice = "refuse") -> Design:
+def design(
+    script: Script, process: str, internal_choice: InternalChoice = "refuse", semantics: Semantics | None = None
+) -> Design:
     """The program for a process of a script.
+
+    Args:
+        script: the script.
+        process: the text of the process.
+        internal_choice: what becomes of ``|~|``.
+        semantics: what processes do. With it, a task whose process cannot be translated as it is written becomes the
+            table of its states; without it, such a process is refused.
 
     Raises:
         ScriptError: something in it is not generated; the diagnostic says what and why.
     """
-    return _Designer(script, process, internal_choice).design()
-
-
-def candidates(script: Script) -> list[str]:
-    """The top-level processes without parameters that are compositions and that no other definition mentions.
-
-    One among them that is called ``SYSTEM`` or ``MAIN`` is the only candidate.
-    """
-    composed: list[str] = []
-    mentioned: set[str] = set()
-    for name, symbol in script.names.top_level.items():
-        declaration = symbol.declaration
-        if isinstance(declaration, syntax.FunctionDefinition):
-            for clause in declaration.clauses:
-                mentioned |= _names(clause.body) - {name}
-        if symbol.kind is not SymbolKind.VALUE or not isinstance(declaration, syntax.PatternDefinition):
-            continue
-        mentioned |= _names(declaration.body) - {name}
-        body = declaration.body
-        while isinstance(body, (syntax.Paren, syntax.Hide, syntax.Rename)):
-            body = body.inner if isinstance(body, syntax.Paren) else body.process
-        parallel = (syntax.Synchronised, syntax.AlphabetisedParallel, syntax.LinkedParallel, syntax.ClassParallel)
-        if (
-            isinstance(body, parallel)
-            or (isinstance(body, syntax.ProcessBinary) and body.operator == "|||")
-            or (isinstance(body, syntax.Replicated) and body.operator in ("|||", "||", "[|", "<->"))
-        ):
-            composed.append(name)
-    free = [name for name in composed if name not in mentioned]
-    usual = [name for name in free if name.lower() in ("system", "main")]
-    return usual if len(usual) == 1 else free or composed
-
-
-def _names(node: Any) -> set[str]:
-    """All names in a tree."""
-    found: set[str] = set()
-    todo = [node]
-    while todo:
-        one = todo.pop()
-        if isinstance(one, syntax.Name):
-            found.add(one.text)
-        elif isinstance(one, syntax.Node):
-            todo.extend(getattr(one, name) for name in one.__dataclass_fields__ if name != "span")
-        elif isinstance(one, tuple):
-            todo.extend(one)
-    return found
+    return _Designer(script, process, internal_choice, semantics).design()
 
 
 class _Designer:
-    def __init__(self, script: Script, process: str, internal_choice: InternalChoice) -> None:
+    def __init__(
+        self, script: Script, process: str, internal_choice: InternalChoice, semantics: Semantics | None
+    ) -> None:
+        self.semantics = semantics
         self.script = script
         self.process = process
         self.internal_choice = internal_choice
@@ -96,19 +68,22 @@ class _Designer:
         self._function_texts: list[str] = []
         self._function_expressions = Expressions(script, self.data, self._function, "")
         self._pending: list[Symbol] = []
+        self._untranslated: dict[Symbol, ScriptError] = {}
+        """Functions that have no counterpart, with the reason."""
+        self._alphabets = Alphabets(script.events)
+        self.rows_of: dict[int, int] = {}
+        """The row in which each leaf begins whose task is a table."""
         self.classes = None if script.classes is None else Classes(script, self.data)
-        timed = _timed(script.tree.declarations)
-        if timed is not None:
-            what = "a script with a Timed section: its times are not those of a program"
-            help = "put what is not timed into a script of its own; `-- task NAME: period ... at EVENT` makes periods"
-            raise ScriptError(messages.not_generated(what, timed.span, help))
+        self.timed = frozenset(_timed(script.tree.declarations))
         if script.classes is not None and script.classes.control:
             what = "classes in the control view, which drops their data"
             raise ScriptError(messages.not_generated(what, None, "leave out `view control`"))
 
     def design(self) -> Design:
         term = self.script.process(self.process)
-        found = network(term, self.script.events, self._class_channels)
+        found = network(
+            term, self.script.events, self._class_channels, None if self.semantics is None else self._alphabet
+        )
         names = [leaf.name for leaf in found.leaves]
         channels = [self._channel(wire, names) for wire in found.wires]
         groups: dict[Symbol, list[int]] = {}
@@ -121,16 +96,16 @@ class _Designer:
         dead: dict[str, ChannelDesign] = {}
         for symbol, numbers in groups.items():
             timing, modules = settings.get(symbol.name, Timing()), {t.module for t in tasks}
-            model = self.classes.find(symbol.name) if self.classes is not None else None
-            if model is not None:
-                task = self._class_task(symbol, model, numbers, found, timing, modules)
-            else:
-                task = self._task(symbol, numbers, found, timing, modules)
+            task = self._made(symbol, numbers, found, timing, modules, [starts[number][1] for number in numbers])
             for number in numbers:
                 leaf = found.leaves[number]
                 variable = unique(snake(leaf.name.replace("#", "_").strip(")").replace("(", "_")), variables)
                 variables.add(variable)
-                arguments = [self.data.literal(value, f"the arguments of `{leaf.name}`") for value in starts[number][1]]
+                if task.table is None:
+                    where = f"the arguments of `{leaf.name}`"
+                    arguments = [self.data.literal(value, where) for value in starts[number][1]]
+                else:
+                    arguments = [str(self.rows_of[number])]
                 plugged = {
                     attribute: (self._plugged(leaf, channel, dead), usual)
                     for channel, (attribute, usual) in task.ports.items()
@@ -139,8 +114,6 @@ class _Designer:
                 task.instances.append(Instance(leaf.name, variable, arguments, ports))
             tasks.append(task)
         channels += dead.values()
-        while self._pending:
-            self._define_function(self._pending.pop(0))
         return Design(
             self.script.source.name,
             self.process,
@@ -149,6 +122,105 @@ class _Designer:
             tasks,
             self._function_texts,
             self._function_expressions.from_data,
+            tock(self.script.tree) if any(task.clocked for task in tasks) else None,
+        )
+
+    def _made(
+        self,
+        symbol: Symbol,
+        numbers: list[int],
+        found: Network,
+        timing: Timing,
+        modules: set[str],
+        arguments: list[tuple[Any, ...]],
+    ) -> TaskDesign:
+        """The task of a definition: as it is written if that can be, else as the table of its states."""
+        try:
+            for number in numbers:
+                if number in found.tables:
+                    self._alphabets.of(found.leaves[number].reference, found.leaves[number].name)
+            model = self.classes.find(symbol.name) if self.classes is not None else None
+            if model is not None:
+                made = self._class_task(symbol, model, numbers, found, timing, modules)
+            else:
+                made = self._task(symbol, numbers, found, timing, modules)
+            for values in arguments:
+                for value in values:
+                    self.data.literal(value, f"the arguments of `{symbol.name}`")
+            self._define_functions()
+            return made
+        except ScriptError as refused:
+            if self.semantics is None:
+                raise
+            for one in self._pending:
+                del self._functions[one]
+            self._pending.clear()
+            return self._table(symbol, numbers, found, timing, modules, refused)
+
+    def _alphabet(self, reference: Reference) -> tuple[int, ...]:
+        """The events of the machine of a process."""
+        assert self.semantics is not None
+        return machine([reference], self.semantics, self.script.events).events()
+
+    def _table(
+        self,
+        symbol: Symbol,
+        numbers: list[int],
+        found: Network,
+        timing: Timing,
+        modules: set[str],
+        refused: ScriptError,
+    ) -> TaskDesign:
+        """The task of a definition as the table of its states.
+
+        Raises:
+            ScriptError: *refused*, where that was for a decision that nobody makes; or the table is too large.
+        """
+        assert self.semantics is not None
+        leaves = [found.leaves[number] for number in numbers]
+        made = machine([leaf.reference for leaf in leaves], self.semantics, self.script.events)
+        of_class = self.classes is not None and self.classes.find(symbol.name) is not None
+        if made.chooses() and self.internal_choice == "refuse" and not of_class:
+            (first, *_) = refused.diagnostics
+            span = symbol.span or leaves[0].reference.span
+            raise refused if first.code == "CSP804" or span is None else ScriptError(messages.internal_choice(span))
+        self.rows_of.update(zip(numbers, made.starts, strict=True))
+        ports: dict[str, str] = {}
+
+        def port(channel: str) -> str:
+            if channel not in ports:
+                taken = {*RESERVED, *ports.values(), "clocked", "start", "state", "timed", "unit"}
+                ports[channel] = unique(snake(channel.rpartition("::")[2]), taken)
+            return ports[channel]
+
+        def own(channel: str) -> bool:
+            if channel == TOCK:
+                return False
+            wires = [(number, found.leaves[number].ports.get(channel)) for number in numbers]
+            return all(wire is not None and _alone(wire, number) for number, wire in wires)
+
+        writer = TableWriter(
+            self.data, self.script.events, port, own, lambda channel: snake(channel.replace("::", "_"))
+        )
+        rows = writer.rows(made)
+        module = snake(symbol.name)
+        (first, *_) = refused.diagnostics
+        declaration = symbol.declaration
+        return TaskDesign(
+            symbol.name,
+            unique(f"{module}_process" if module in RESERVED_MODULES else module, modules),
+            unique(f"{camel(symbol.name)}Task", set(runtime.__all__)),
+            declaration.span.text if declaration is not None else symbol.name,
+            [],
+            None,
+            [],
+            "",
+            [self._method(method, leaves[0]) for method in writer.methods.values()],
+            {channel: (attribute, self._usual(channel)) for channel, attribute in ports.items()},
+            timing,
+            table=rows,
+            why=first.message,
+            clocked=tuple(attribute for channel, attribute in ports.items() if channel == TOCK),
         )
 
     def _plugged(self, leaf: Leaf, channel: str, dead: dict[str, ChannelDesign]) -> str:
@@ -197,7 +269,9 @@ class _Designer:
             inside = "\n        ".join(rows)
             parties = f"{{\n        {inside}\n    }}"
         members = tuple(names[leaf] for leaf in sorted(joined))
-        return ChannelDesign(channel.name, constant, field_types, parties, never, wire.hidden, wire.inner, members)
+        return ChannelDesign(
+            channel.name, constant, field_types, parties, never, wire.hidden, wire.inner, members, wire.rank
+        )
 
     def _groups(self, groups: frozenset[Group], names: list[str]) -> list[str]:
         texts = []
@@ -282,6 +356,7 @@ class _Designer:
         while True:
             expressions = Expressions(self.script, self.data, self._function)
             processes = Processes(expressions, uses, self.internal_choice, plain)
+            processes.timed = self.timed
             try:
                 loop, start = self._translate(processes, symbol)
                 break
@@ -444,10 +519,32 @@ class _Designer:
     def _function(self, symbol: Symbol, node: syntax.Node) -> str:
         """The name of a function of the script in Python; its definition is made when all tasks are."""
         known = self._functions.get(symbol)
+        if symbol in self._untranslated:
+            raise self._untranslated[symbol]
         if known is None:
             known = self._functions[symbol] = unique(snake(symbol.name), set(self._functions.values()))
             self._pending.append(symbol)
         return known
+
+    def _define_functions(self) -> None:
+        """Define the functions that a task has mentioned, and those that these mention.
+
+        Raises:
+            ScriptError: one has no counterpart; none of the new ones is kept.
+        """
+        texts, new = len(self._function_texts), []
+        while self._pending:
+            symbol = self._pending.pop(0)
+            new.append(symbol)
+            try:
+                self._define_function(symbol)
+            except ScriptError as error:
+                self._untranslated[symbol] = error
+                del self._function_texts[texts:]
+                for one in (*new, *self._pending):
+                    del self._functions[one]
+                self._pending.clear()
+                raise
 
     def _define_function(self, symbol: Symbol) -> None:
         declaration = symbol.declaration
@@ -498,20 +595,17 @@ class _Designer:
         self._function_texts.append("\n".join(out.lines))
 
 
-def _timed(declarations: tuple[syntax.Declaration, ...]) -> syntax.Declaration | None:
-    """A Timed section among some declarations, those of includes and modules with them."""
+def _timed(declarations: tuple[syntax.Declaration, ...], inside: bool = False) -> Iterator[syntax.Declaration]:
+    """The definitions in Timed sections, those of includes and modules with them."""
     for one in declarations:
-        inner: tuple[syntax.Declaration, ...] = ()
         if isinstance(one, syntax.TimedDeclaration):
-            return one
-        if isinstance(one, syntax.IncludeDeclaration):
-            inner = one.declarations
+            yield from _timed(one.declarations, True)
+        elif isinstance(one, syntax.IncludeDeclaration):
+            yield from _timed(one.declarations, inside)
         elif isinstance(one, syntax.ModuleDeclaration):
-            inner = (*one.private, *one.exported)
-        found = _timed(inner)
-        if found is not None:
-            return found
-    return None
+            yield from _timed((*one.private, *one.exported), inside)
+        elif inside:
+            yield one
 
 
 def _alone(wire: Wire, leaf: int) -> bool:

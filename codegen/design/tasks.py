@@ -57,6 +57,8 @@ class Processes(Choices):
     def _define(self, symbol: Symbol) -> State:
         self._out = Lines()
         declaration = symbol.declaration
+        if declaration in self.timed:
+            raise self.expressions.refused(declaration, f"`{symbol.name}`, a process in time,")
         name = symbol.name if self._loop is not None else self.state_name(symbol)
         match declaration:
             case syntax.PatternDefinition(pattern=syntax.NamePattern()):

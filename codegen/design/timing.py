@@ -10,6 +10,7 @@ from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.syntax import tree as syntax
 
 _COMMENT = re.compile(r"^(?:--|\{-)\s*task\s+([A-Za-z_]\w*)\s*:\s*(.*?)\s*(?:-\})?$", re.DOTALL)
+_TOCK = re.compile(r"^(?:--|\{-)\s*tock\s*:\s*(.*?)\s*(?:-\})?$", re.DOTALL)
 _TIME = re.compile(r"^(\d+(?:\.\d+)?)\s*(ms|s|min)$")
 _SECONDS = {"ms": 0.001, "s": 1.0, "min": 60.0}
 
@@ -54,6 +55,24 @@ def timings(script: syntax.Script) -> dict[str, Timing]:
                 why = "expected `period TIME at EVENT`, `offset TIME` or `priority NUMBER`"
                 raise ScriptError(messages.wrong_timing(part, why, comment.span))
         found[name] = Timing(period, offset, priority, at)
+    return found
+
+
+def tock(script: syntax.Script) -> float:
+    """The seconds that an event of `tock` stands for, as a comment says: ``-- tock: 10 ms``; one if none does.
+
+    Raises:
+        ScriptError: a comment of this form is not understood.
+    """
+    found = 1.0
+    for comment in script.comments:
+        match = _TOCK.match(comment.text.strip())
+        if match is not None:
+            time = _time(match[1])
+            if time is None or time <= 0:
+                why = "the time of a tock is written as `tock: 10 ms`"
+                raise ScriptError(messages.wrong_timing(comment.text.strip(), why, comment.span))
+            found = time
     return found
 
 

@@ -13,6 +13,7 @@ from typing import Any
 from cspcheck.codegen import quoting, runtime
 from cspcheck.codegen.design.model import Design, MethodDesign, TaskDesign
 from cspcheck.codegen.design.naming import camel
+from cspcheck.codegen.design.timing import Timing
 
 WIDTH = 120
 RUNTIME = "runtime"
@@ -149,7 +150,31 @@ class _Writer:
             uses_any=bool(used(text, ["Any"])),
         )
 
+    def _machine(self, task: TaskDesign) -> str:
+        text = "\n".join([*(task.table or ()), *(m.annotation for m in task.methods)])
+        names = [*used(text, runtime.__all__), "MachineTask", "Row", *(["Channel"] if task.ports else [])]
+        names += ["UNDECIDED"] if any(method.returns for method in task.methods) else []
+        settings = _settings(task.timing)
+        if task.timing.at is not None:
+            settings += f", timed={quoting.literal(task.ports[task.timing.at][0])}"
+        if task.clocked:
+            settings += f", clocked=({quoting.literals(task.clocked)}), unit={self.design.tock}"
+        return self._render(
+            "machine.py.j2",
+            task=task,
+            methods_class=_methods_class(task),
+            method_text=_method_text,
+            imports=self._imports(
+                data=used(text, self._constants()),
+                runtime=sorted(set(names), key=_order),
+                modules=["channels"] if task.ports else [],
+            ),
+            timing=settings,
+        )
+
     def _task(self, task: TaskDesign) -> str:
+        if task.table is not None:
+            return self._machine(task)
         lines = [line for state in [*([task.loop] if task.loop else []), *task.states] for line in state.lines]
         annotations = [note for state in task.states for _, note in state.parameters]
         annotations += [note for _, note in task.parameters]
@@ -166,14 +191,6 @@ class _Writer:
             names.append("Next")
         if any(method.returns for method in task.methods):
             names.append("UNDECIDED")
-        timing = task.timing
-        settings = ""
-        if timing.priority:
-            settings += f", priority={timing.priority}"
-        if timing.period is not None:
-            settings += f", period={timing.period}"
-        if timing.offset:
-            settings += f", offset={timing.offset}"
         modules = [*(["channels"] if task.ports else []), *(["functions"] if uses_module(text, "functions") else [])]
         return self._render(
             "task.py.j2",
@@ -187,7 +204,7 @@ class _Writer:
             ),
             typing=[*(["Any"] if used(text, ["Any"]) else []), *(["ClassVar"] if part is not None else [])],
             part=part,
-            timing=settings,
+            timing=_settings(task.timing),
             what="For ever." if task.loop else f"As the states have it, from `{task.start}` on.",
         )
 
@@ -275,6 +292,18 @@ def wrapped(statement: str) -> str:
         return statement
     head, _, rest = statement.partition("(")
     return f"{head}(\n    {rest[:-1]}\n)"
+
+
+def _settings(timing: Timing) -> str:
+    """The arguments that say how a task is run."""
+    settings = ""
+    if timing.priority:
+        settings += f", priority={timing.priority}"
+    if timing.period is not None:
+        settings += f", period={timing.period}"
+    if timing.offset:
+        settings += f", offset={timing.offset}"
+    return settings
 
 
 def _methods_class(task: TaskDesign) -> str:

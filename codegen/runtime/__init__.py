@@ -35,6 +35,7 @@ from .data import (
     Tuples,
     Variables,
 )
+from .machine import MachineTask, Move, Row
 from .operation import CannotList, ClassTask, Data, Operation, Outcome, Outcomes
 from .program import Program, Runner, Summary
 from .recorder import JsonLines, Memory, Nothing, Record, Recorder, Several
@@ -59,9 +60,11 @@ __all__ = [
     "InOrder",
     "Integers",
     "JsonLines",
+    "MachineTask",
     "Members",
     "Memory",
     "MonotonicClock",
+    "Move",
     "Next",
     "NobodyDecides",
     "Nothing",
@@ -76,6 +79,7 @@ __all__ = [
     "Reals",
     "Record",
     "Recorder",
+    "Row",
     "Runner",
     "Sequences",
     "Sets",

@@ -71,6 +71,7 @@ class Channel:
         never: tasks that offer its events and never find everybody that is needed for them.
         hidden: whether its events are internal: recorded as such.
         inner: whether they are hidden by a part of the composition, not by the whole of it.
+        rank: its events happen only when no event of a channel of a lower rank is possible; None: whenever they are.
     """
 
     def __init__(
@@ -82,11 +83,13 @@ class Channel:
         never: Iterable[str] = (),
         hidden: bool = False,
         inner: bool = False,
+        rank: int | None = None,
     ) -> None:
         self.name = name
         self.types = tuple(types)
         self.hidden = hidden
         self.inner = inner
+        self.rank = rank
         self.by_event: dict[Values, frozenset[Group]] | None = None
         if isinstance(parties, Mapping):
             self.by_event = {values: frozenset(map(_group, groups)) for values, groups in parties.items()}

@@ -266,6 +266,8 @@ class Run:
         """
         if not commits:
             return False
+        if len(commits) > 1:
+            commits = _first_ranks(commits)
         commit = self._policy.choose(commits, self._priorities)
         names = [task for task, _ in commit.parts]
         offers = self._board.waiting
@@ -382,3 +384,12 @@ class Run:
             else:
                 self._running += 1
                 party.gate.open()
+
+
+def _first_ranks(commits: Sequence[Commit]) -> Sequence[Commit]:
+    """The events that no possible event of a lower rank comes before."""
+    ranks = [commit.channel.rank for commit in commits if commit.channel.rank is not None]
+    if not ranks:
+        return commits
+    first = min(ranks)
+    return [commit for commit in commits if commit.channel.rank is None or commit.channel.rank <= first]

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable
-from difflib import get_close_matches
 from pathlib import Path
 
 import click
 
 from cspcheck.cli.streams import StandardOutput
 from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.spelling import suggestions
 from cspcheck.messages import unknown_example, would_overwrite
 from cspcheck.report.style import WIDTH, wrapped
 
@@ -67,7 +67,7 @@ def _find(root: Path, name: str) -> Path:
     inside = place.is_relative_to(root.resolve()) and place != root.resolve()
     if not inside or not place.exists() or not _scripts(place):
         known = _examples(root)
-        raise ScriptError(unknown_example(name, get_close_matches(name, known, n=2)))
+        raise ScriptError(unknown_example(name, suggestions(name, known)))
     return place
 
 

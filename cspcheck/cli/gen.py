@@ -31,9 +31,11 @@ def command(**options: Any) -> None:
     files that end in `_methods.py` are yours and are written once. Exit code 1 says that one of these does not fit the
     specification any more.
     """
+    from cspcheck.checker.semantics.transitions import Semantics
     from cspcheck.checking import Settings, load
     from cspcheck.cli.streams import Remarks, StandardOutput
-    from cspcheck.codegen.design.program import candidates, design
+    from cspcheck.codegen.design.candidates import candidates
+    from cspcheck.codegen.design.program import design
     from cspcheck.codegen.emit.keeping import orphans, write
     from cspcheck.codegen.emit.project import project
     from cspcheck.codegen.messages import no_process
@@ -53,7 +55,7 @@ def command(**options: Any) -> None:
             if len(found) != 1:
                 raise ScriptError(no_process(found))
             (name,) = found
-        texts = project(design(script, name, options["internal_choice"]), options["output"])
+        texts = project(design(script, name, options["internal_choice"], Semantics()), options["output"])
         try:
             result = write(texts, options["output"], force=options["force"])
         except OSError as error:

@@ -9,10 +9,11 @@ there, so that labels take part in the layout and never lie on each other (Gansn
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+
+import networkx
 
 SWEEPS = 12
 """Rounds of the crossing reduction; more do not help on graphs of a size that a person can read."""
@@ -127,22 +128,15 @@ def layered(
 
 def _layers(nodes: int, edges: Sequence[tuple[int, int]], roots: Sequence[int]) -> list[int]:
     """Distance from the roots; the unreached start anew at layer 0, smallest number first."""
-    following: list[list[int]] = [[] for _ in range(nodes)]
-    for source, target in edges:
-        following[source].append(target)
-    layer = [-1] * nodes
+    graph: networkx.DiGraph[int] = networkx.DiGraph()
+    graph.add_nodes_from(range(nodes))
+    graph.add_edges_from(edges)
+    layer: dict[int, int] = {}
     for start in [*roots, *range(nodes)]:
-        if layer[start] >= 0:
-            continue
-        layer[start] = 0
-        queue = deque([start])
-        while queue:
-            node = queue.popleft()
-            for target in following[node]:
-                if layer[target] < 0:
-                    layer[target] = layer[node] + 1
-                    queue.append(target)
-    return layer
+        if start not in layer:
+            ways = networkx.single_source_shortest_path_length(graph.subgraph(set(graph) - set(layer)), start)
+            layer.update(ways)
+    return [layer[node] for node in range(nodes)]
 
 
 def _with_dummies(

@@ -9,7 +9,6 @@ import numpy as np
 from cspcheck.checker.explain.running import distinct_names
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.network.network import Network
-from cspcheck.checker.semantics.head_normal import with_active
 from cspcheck.cspm.process.events import TAU, TICK, EventTable
 from cspcheck.cspm.process.terms import Compressed, Hide, Prioritised, Process, Project, Reference, Rename
 from cspcheck.drawing.picture import Edge, EdgeKind, Node, Picture, folded
@@ -121,5 +120,5 @@ def without_priority(process: Process) -> Process:
     while isinstance(process, (Reference, Compressed, Prioritised)):
         process = process.body() if isinstance(process, Reference) else process.process
     if isinstance(process, (Hide, Project, Rename)):
-        return with_active(process, (without_priority(process.process),))
+        return process.with_active((without_priority(process.process),))
     return process

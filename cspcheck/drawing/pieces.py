@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from math import cos, hypot, pi, sin
 
+import networkx
+
 from cspcheck.drawing.layout import Layout, Route, Size, border, layered
 
 GAP = 36.0
@@ -51,24 +53,15 @@ def in_pieces(sizes: Sequence[Size], edges: Sequence[tuple[int, int]], *, labels
 
 def _pieces(nodes: int, edges: Sequence[tuple[int, int]]) -> list[list[int]]:
     """The nodes of each connected piece, ascending."""
-    neighbours: list[set[int]] = [set() for _ in range(nodes)]
-    for source, target in edges:
-        neighbours[source].add(target)
-        neighbours[target].add(source)
-    found: list[list[int]] = []
-    seen: set[int] = set()
-    for start in range(nodes):
-        if start in seen:
-            continue
-        piece = {start}
-        pending = [start]
-        while pending:
-            for other in neighbours[pending.pop()] - piece:
-                piece.add(other)
-                pending.append(other)
-        seen |= piece
-        found.append(sorted(piece))
-    return found
+    return [sorted(piece) for piece in networkx.connected_components(_neighbours(nodes, edges))]
+
+
+def _neighbours(nodes: int, edges: Sequence[tuple[int, int]]) -> networkx.Graph[int]:
+    """Who is joined with whom, loops apart."""
+    graph: networkx.Graph[int] = networkx.Graph()
+    graph.add_nodes_from(range(nodes))
+    graph.add_edges_from((source, target) for source, target in edges if source != target)
+    return graph
 
 
 def _piece(sizes: Sequence[Size], edges: Sequence[tuple[int, int]], labels: Sequence[Size]) -> Layout:
@@ -78,19 +71,13 @@ def _piece(sizes: Sequence[Size], edges: Sequence[tuple[int, int]], labels: Sequ
 
 def _around(nodes: int, edges: Sequence[tuple[int, int]]) -> list[int] | None:
     """The nodes in the order in which they stand in a ring; None if they do not."""
-    neighbours: list[set[int]] = [set() for _ in range(nodes)]
-    for source, target in edges:
-        neighbours[source].add(target)
-        neighbours[target].add(source)
-    if nodes < RING or any(len(others - {node}) != 2 for node, others in enumerate(neighbours)):
+    graph = _neighbours(nodes, edges)
+    if nodes < RING or any(degree != 2 for _, degree in graph.degree) or not networkx.is_connected(graph):
         return None
-    order = [0]
+    order = [0, min(graph[0])]
     while len(order) < nodes:
-        following = sorted(neighbours[order[-1]] - set(order) - {order[-1]})
-        if not following:
-            return None
-        order.append(following[0])
-    return order if 0 in neighbours[order[-1]] else None
+        order += [other for other in graph[order[-1]] if other != order[-2]]
+    return order
 
 
 def _ring(around: list[int], sizes: Sequence[Size], edges: Sequence[tuple[int, int]], labels: Sequence[Size]) -> Layout:

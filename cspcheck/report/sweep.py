@@ -129,6 +129,9 @@ def _mark(result: Result, style: Style) -> str:
     return (marks if style.unicode else plain)[_look(result)]
 
 
+_COLUMNS = ("file", "line", "assertion", "verdict", "expected", "states", "transitions", "seconds", "reason")
+
+
 def comma_separated(sweep: Sequence[Swept], names: Sequence[str]) -> str:
     """A line for each assertion and combination of values, with the values of *names* in front (RFC 4180).
 
@@ -136,18 +139,7 @@ def comma_separated(sweep: Sequence[Swept], names: Sequence[str]) -> str:
     """
     text = io.StringIO()
     writer = csv.writer(text)
-    columns_of_result = (
-        "file",
-        "line",
-        "assertion",
-        "verdict",
-        "expected",
-        "states",
-        "transitions",
-        "seconds",
-        "reason",
-    )
-    writer.writerow([*map(_cell_text, names), *columns_of_result])
+    writer.writerow([*map(_cell_text, names), *_COLUMNS])
     for swept in sweep:
         for result in swept.results:
             writer.writerow(

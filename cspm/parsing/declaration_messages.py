@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from difflib import get_close_matches
 
 from cspcheck.cspm.diagnostics import Diagnostic, Label, mistake
 from cspcheck.cspm.parsing.lexing_messages import quoted
 from cspcheck.cspm.source import Span
+from cspcheck.cspm.spelling import suggestions
 from cspcheck.cspm.syntax import tree as s
 
 # --- patterns ------------------------------------------------------------------------------------------------
@@ -208,7 +208,7 @@ def function_type_without_list(span: Span) -> Diagnostic:
 )
 def unknown_constraint(span: Span, known: Sequence[str]) -> Diagnostic:
     """A constraint that is none of the *known* ones."""
-    close = get_close_matches(span.text, known, n=1)
+    close = suggestions(span.text, known)
     return Diagnostic(
         "CSP181",
         f"unknown type constraint `{span.text}`",

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from difflib import get_close_matches
 
 from cspcheck.cspm.diagnostics import Diagnostic, Severity, mistake
 from cspcheck.cspm.source import Span
+from cspcheck.cspm.spelling import suggestions
 
 
 def listed(words: Sequence[str], conjunction: str = "or") -> str:
@@ -269,7 +269,7 @@ def no_expectation(span: Span, meant: str | None) -> Diagnostic:
 )
 def unknown_property(span: Span, words: str, known: Sequence[str]) -> Diagnostic:
     """The words between ``:[`` and ``]`` are none of the *known* ones."""
-    close = get_close_matches(words, known, n=1)
+    close = suggestions(words, known)
     return Diagnostic(
         "CSP120",
         f"unknown property `{words}`",
@@ -336,3 +336,21 @@ __all__ = [
     "unknown_model",
     "unknown_property",
 ]
+
+
+@mistake(
+    "CSP136",
+    "a sequence that begins with a minus sign",
+    explanation="Here `<-1, 5>` is a sequence. FDR reads `<-` as the arrow of a generator, and refuses the script.",
+    example="s = <-1, 5>",
+    repair="s = < -1, 5>",
+)
+def sequence_begins_with_minus(span: Span) -> Diagnostic:
+    """``<-`` where a sequence must begin."""
+    return Diagnostic(
+        "CSP136",
+        "other tools read `<-` as the arrow of a generator",
+        span,
+        Severity.WARNING,
+        help="put a blank between `<` and `-`",
+    )

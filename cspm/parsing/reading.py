@@ -192,6 +192,7 @@ class _Files:
             if is_markup(source):
                 return self._document(source)
             tokens = tokenise(source)
+            self.remarks += tokens.remarks
             if tokens.errors:
                 self.errors.extend(_of_another_language(source) or tokens.errors[:MOST_MISTAKES])
                 return None

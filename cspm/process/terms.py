@@ -12,8 +12,9 @@ a reference.
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar, Literal
+from dataclasses import MISSING, dataclass, fields
+from functools import cache
+from typing import Any, ClassVar, Literal, TypeAlias
 from weakref import KeyedRef
 
 from cspcheck.cspm.process.events import EventSet
@@ -21,7 +22,7 @@ from cspcheck.cspm.source import Span
 
 
 class _HashConsed(type):
-    """Calling a class with the operands of an existing term gives that term."""
+    """Calling a class with the operands of an existing term gives that term; those left out have their defaults."""
 
     _terms: ClassVar[dict[tuple[Any, ...], KeyedRef[tuple[Any, ...], Any]]] = {}
 
@@ -33,9 +34,29 @@ class _HashConsed(type):
             term = known()
             if term is not None:
                 return term
+        defaults = _defaults(cls).get(len(operands))
+        if defaults is not None:
+            return cls(*operands, *defaults)  # only the term with all its operands is kept
         term = super().__call__(*operands)
         _HashConsed._terms[key] = KeyedRef(term, _forget, key)
         return term
+
+
+@cache
+def _defaults(cls: type[Any]) -> dict[int, tuple[Any, ...]]:
+    """What the last operands of a class of terms are where they are left out, by the number of those given."""
+    found: dict[int, tuple[Any, ...]] = {}
+    defaults: tuple[Any, ...] = ()
+    operands = fields(cls)
+    for given in reversed(range(len(operands))):
+        if operands[given].default is MISSING:
+            break
+        defaults = (operands[given].default, *defaults)
+        found[given] = defaults
+    return found
+
+
+Operands: TypeAlias = "tuple[Process, ...]"
 
 
 def _forget(reference: KeyedRef[tuple[Any, ...], Any], _terms: dict[Any, Any] = _HashConsed._terms) -> None:
@@ -46,7 +67,32 @@ def _forget(reference: KeyedRef[tuple[Any, ...], Any], _terms: dict[Any, Any] = 
 
 @dataclass(frozen=True, eq=False, slots=True, weakref_slot=True)
 class Process(metaclass=_HashConsed):
-    """A process term. Construct subclasses with positional operands only."""
+    """A process term. Construct subclasses with positional operands only.
+
+    Each operator says here how it is written, which of its operands are running, and what it is with others in their
+    place: both sides of ``|||`` run, of ``;`` the left, but not its right, which has not started, nor what follows a
+    prefix. What it *does* is said in the semantics alone.
+    """
+
+    symbol: ClassVar[str] = ""
+    """How the operator is written, without its operands; empty for what is no operator."""
+    has_active: ClassVar[bool] = False
+    """Whether there is something running inside terms of this class."""
+
+    def active(self) -> Operands:
+        """The running operands, in order; a reference's only one is its body.
+
+        Raises:
+            ScriptError: the body of a reference cannot be evaluated.
+        """
+        return ()
+
+    def with_active(self, operands: Operands) -> Process:
+        """The term with other running operands.
+
+        A compression is its operand; what cannot change a tick (hiding, renaming, priority) leaves SKIP as it is.
+        """
+        return self
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -88,7 +134,7 @@ class Run(Process):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Chaos(Process):
-    """``CHAOS(A)``: performs anything in A, and a tau to ``STOP``."""
+    """``CHAOS(A)`` is ``STOP |~| ([] x : A @ x -> CHAOS(A))``."""
 
     events: EventSet
 
@@ -104,7 +150,16 @@ class Prefix(Process):
 class ExternalChoice(Process):
     """``P [] Q [] ...``: at least two operands."""
 
+    symbol: ClassVar[str] = "[]"
+    has_active: ClassVar[bool] = True
+
     operands: tuple[Process, ...]
+
+    def active(self) -> Operands:  # noqa: D102
+        return self.operands
+
+    def with_active(self, operands: Operands) -> Process:  # noqa: D102
+        return ExternalChoice(operands)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -118,99 +173,217 @@ class InternalChoice(Process):
 class SlidingChoice(Process):
     """``P [> Q``."""
 
+    symbol: ClassVar[str] = "[>"
+    has_active: ClassVar[bool] = True
+
     left: Process
     right: Process
+
+    def active(self) -> Operands:  # noqa: D102
+        return (self.left,)
+
+    def with_active(self, operands: Operands) -> Process:  # noqa: D102
+        return SlidingChoice(operands[0], self.right)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SynchronisingChoice(Process):
     """``P [+ A +] Q``: events of A are synchronised and do not resolve the choice; two or more operands."""
 
+    symbol: ClassVar[str] = "[+ +]"
+    has_active: ClassVar[bool] = True
+
     events: EventSet
     operands: tuple[Process, ...]
+
+    def active(self) -> Operands:  # noqa: D102
+        return self.operands
+
+    def with_active(self, operands: Operands) -> Process:  # noqa: D102
+        return SynchronisingChoice(self.events, operands)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Interrupt(Process):
     r"""``P /\ Q``."""
 
+    symbol: ClassVar[str] = "/\\"
+    has_active: ClassVar[bool] = True
+
     left: Process
     right: Process
+
+    def active(self) -> Operands:  # noqa: D102
+        return (self.left, self.right)
+
+    def with_active(self, operands: Operands) -> Process:  # noqa: D102
+        return Interrupt(*operands)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SynchronisingInterrupt(Process):
     r"""``P /+ A +\ Q``: events of A are synchronised, other events of Q interrupt."""
 
+    symbol: ClassVar[str] = "/+ +\\"
+    has_active: ClassVar[bool] = True
+
     left: Process
     events: EventSet
     right: Process
+
+    def active(self) -> Operands:  # noqa: D102
+        return (self.left, self.right)
+
+    def with_active(self, operands: Operands) -> Process:  # noqa: D102
+        return SynchronisingInterrupt(operands[0], self.events, operands[1])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Throw(Process):
     """``P [| A |> Q``: after an event of A that P performs, Q takes over."""
 
+    symbol: ClassVar[str] = "[| |>"
+    has_active: ClassVar[bool] = True
+
     left: Process
     events: EventSet
     right: Process
+
+    def active(self) -> Operands:  # noqa: D102
+        return (self.left,)
+
+    def with_active(self, operands: Operands) -> Process:  # noqa: D102
+        return Throw(operands[0], self.events, self.right)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Sequential(Process):
     """``P ; Q``: the tick of P becomes a tau to Q."""
 
+    symbol: ClassVar[str] = ";"
+    has_active: ClassVar[bool] = True
+
     left: Process
     right: Process
+
+    def active(self) -> Operands:  # noqa: D102
+        return (self.left,)
+
+    def with_active(self, operands: Operands) -> Process:  # noqa: D102
+        return Sequential(operands[0], self.right)
+
+
+NO_EVENTS = EventSet()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Parallel(Process):
-    """``P [| A |] Q [| A |] ...``: all operands take part in events of A; interleaving is the empty A. Two or more."""
+    """``P [| A |] Q [| A |] ...``: all operands take part in events of A; interleaving is the empty A. Two or more.
+
+    ``clocks``, here and in the other parallel operators, are the events by which time passes (``tock``): an operand
+    that can terminate and offers one of them waits for the others instead of terminating by itself.
+    """
+
+    symbol: ClassVar[str] = "[| |]"
+    has_active: ClassVar[bool] = True
 
     events: EventSet
     operands: tuple[Process, ...]
+    clocks: EventSet = NO_EVENTS
+
+    def active(self) -> Operands:  # noqa: D102
+        return self.operands
+
+    def with_active(self, operands: Operands) -> Process:  # noqa: D102
+        return Parallel(self.events, operands, self.clocks)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class AlphabetisedParallel(Process):
     """``P [A || B] Q``, ``|| x:S @ [A(x)] P(x)``: each operand takes part in, and performs only, its alphabet."""
 
+    symbol: ClassVar[str] = "[ || ]"
+    has_active: ClassVar[bool] = True
+
     alphabets: tuple[EventSet, ...]
     operands: tuple[Process, ...]
+    clocks: EventSet = NO_EVENTS
+
+    def active(self) -> Operands:  # noqa: D102
+        return self.operands
+
+    def with_active(self, operands: Operands) -> Process:  # noqa: D102
+        return AlphabetisedParallel(self.alphabets, operands, self.clocks)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LinkedParallel(Process):
     """``P [a <-> b] Q``: P's a and Q's b happen together as a tau; neither happens alone."""
 
+    symbol: ClassVar[str] = "[ <-> ]"
+    has_active: ClassVar[bool] = True
+
     left: Process
     links: tuple[tuple[int, int], ...]
     right: Process
+    clocks: EventSet = NO_EVENTS
+
+    def active(self) -> Operands:  # noqa: D102
+        return (self.left, self.right)
+
+    def with_active(self, operands: Operands) -> Process:  # noqa: D102
+        return LinkedParallel(operands[0], self.links, operands[1], self.clocks)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Hide(Process):
     r"""``P \ A``."""
 
+    symbol: ClassVar[str] = "\\"
+    has_active: ClassVar[bool] = True
+
     process: Process
     events: EventSet
+
+    def active(self) -> Operands:  # noqa: D102
+        return (self.process,)
+
+    def with_active(self, operands: Operands) -> Process:  # noqa: D102
+        return SKIP if operands[0] is SKIP else Hide(operands[0], self.events)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Project(Process):
     r"""``P |\ A``: hides all but A."""
 
+    symbol: ClassVar[str] = "|\\"
+    has_active: ClassVar[bool] = True
+
     process: Process
     events: EventSet
+
+    def active(self) -> Operands:  # noqa: D102
+        return (self.process,)
+
+    def with_active(self, operands: Operands) -> Process:  # noqa: D102
+        return SKIP if operands[0] is SKIP else Project(operands[0], self.events)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Rename(Process):
     """``P [[a <- b]]``: ascending distinct pairs (old, new); events that are no pair's old one stay as they are."""
 
+    symbol: ClassVar[str] = "[[ ]]"
+    has_active: ClassVar[bool] = True
+
     process: Process
     pairs: tuple[tuple[int, int], ...]
+
+    def active(self) -> Operands:  # noqa: D102
+        return (self.process,)
+
+    def with_active(self, operands: Operands) -> Process:  # noqa: D102
+        return SKIP if operands[0] is SKIP else Rename(operands[0], self.pairs)
 
 
 BufferKind = Literal["BUFFER", "WEAK_BUFFER", "SIGNAL_BUFFER"]
@@ -235,8 +408,17 @@ class Buffer(Process):
 class Compressed(Process):
     """``normal(P)``, ``sbisim(P)`` and their like: means what P means; ``function`` names the compression."""
 
+    symbol: ClassVar[str] = "compression"
+    has_active: ClassVar[bool] = True
+
     function: str
     process: Process
+
+    def active(self) -> Operands:  # noqa: D102
+        return (self.process,)
+
+    def with_active(self, operands: Operands) -> Process:  # noqa: D102
+        return operands[0]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -246,24 +428,60 @@ class Fused(Process):
     A class is one: its data part by itself may have far more states, or no end of them.
     """
 
+    has_active: ClassVar[bool] = True
+
     process: Process
+
+    def active(self) -> Operands:  # noqa: D102
+        return (self.process,)
+
+    def with_active(self, operands: Operands) -> Process:  # noqa: D102
+        return operands[0]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Prioritised(Process):
     """``prioritise(P, <A0, A1, ...>)``: ``levels`` highest first; tau and tick rank with the first."""
 
+    symbol: ClassVar[str] = "prioritise"
+    has_active: ClassVar[bool] = True
+
     process: Process
     levels: tuple[EventSet, ...]
+
+    def active(self) -> Operands:  # noqa: D102
+        return (self.process,)
+
+    def with_active(self, operands: Operands) -> Process:  # noqa: D102
+        return SKIP if operands[0] is SKIP else Prioritised(operands[0], self.levels)
+
+
+IDEMPOTENT = ("chase", "chase_nocache", "deter")
+"""Functions that change nothing where they have been applied already, nor SKIP."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class External(Process):
     """An external function of the script applied to a process (``chase``, ``deter``, ``prioritisepo``, ...)."""
 
+    has_active: ClassVar[bool] = True
+
     function: str
     process: Process
     arguments: tuple[Hashable, ...]
+
+    def active(self) -> Operands:
+        """The operand of ``prioritisepo`` runs; the other functions follow theirs."""
+        return (self.process,) if self.function == "prioritisepo" else ()
+
+    def with_active(self, operands: Operands) -> Process:
+        """The function applied to another operand, in head normal form if the operand is."""
+        (operand,) = operands
+        if self.function in IDEMPOTENT and isinstance(operand, External) and operand.function == self.function:
+            return operand
+        if operand is SKIP and self.function in (*IDEMPOTENT, "prioritisepo"):
+            return SKIP
+        return External(self.function, operand, self.arguments)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -290,6 +508,7 @@ class Reference(Process):
 
     __slots__ = ("_body", "_definition", "key")
 
+    has_active: ClassVar[bool] = True
     key: Hashable
 
     def __init__(self, key: Hashable, definition: Definition) -> None:
@@ -321,6 +540,14 @@ class Reference(Process):
             body = definition.evaluate()
             object.__setattr__(self, "_body", body)
         return body
+
+    def active(self) -> Operands:
+        """The body."""
+        return (self.body(),)
+
+    def with_active(self, operands: Operands) -> Process:
+        """The body, or what is in its place."""
+        return operands[0]
 
     def __repr__(self) -> str:
         return f"Reference({self.text})"
@@ -379,11 +606,11 @@ def external_choice(operands: Iterable[Process]) -> Process:
     return flat[0] if len(flat) == 1 else ExternalChoice(tuple(flat))
 
 
-def parallel(events: EventSet, operands: Sequence[Process]) -> Process:
+def parallel(events: EventSet, operands: Sequence[Process], clocks: EventSet = NO_EVENTS) -> Process:
     """``[| events |]`` over *operands*; none is SKIP, one is itself."""
     if not operands:
         return SKIP
-    return operands[0] if len(operands) == 1 else Parallel(events, tuple(operands))
+    return operands[0] if len(operands) == 1 else Parallel(events, tuple(operands), clocks)
 
 
 def hide(process: Process, events: EventSet) -> Process:

@@ -15,14 +15,15 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import cspcheck
-from tests.codegen.programs import EXAMPLES, SPECS, followed, generate
+from tests.codegen.programs import EXAMPLES, SLOW, SPECS, TABLES, followed, generate
 
 
 def main(events: int) -> None:
     """Follow so many events in all."""
-    share = events // len(EXAMPLES) + 1
+    examples = (*EXAMPLES, *TABLES, *SLOW)
+    share = events // len(examples) + 1
     total = 0
-    for number, (script, process, choice) in enumerate(EXAMPLES):
+    for number, (script, process, choice) in enumerate(examples):
         started = time.perf_counter()
         loaded = cspcheck.load(SPECS / script)
         with tempfile.TemporaryDirectory() as folder:

@@ -13,6 +13,7 @@ from typing import Any
 
 import cspcheck
 from cspcheck import testing
+from cspcheck.checker.semantics.transitions import Semantics
 from cspcheck.codegen import runtime
 from cspcheck.codegen.design.pieces import InternalChoice
 from cspcheck.codegen.design.program import design
@@ -35,12 +36,38 @@ EXAMPLES: tuple[tuple[str, str, InternalChoice], ...] = (
     ("classics/election.csp", "Election", "refuse"),
     ("classics/abp.csp", "Protocol", "policy"),
 )
-"""Script, process and internal choice of every exhibit that is generated."""
+"""Script, process and internal choice of exhibits that are translated as they are written."""
+
+TABLES: tuple[tuple[str, str, InternalChoice], ...] = (
+    ("channels/choice.csp", "Should", "policy"),
+    ("channels/data_sync.csp", "SlotEach(ID)", "policy"),
+    ("freertps/freertps.csp", "Original({})", "refuse"),
+    ("freertps/freertps.csp", "Proposed(Drop, Drop, {})", "refuse"),
+    ("freertps/freertps.csp", "Discovering", "refuse"),
+    ("freertps/reliability.csp", "Connection(Writer(0, <>), Network(EachKind, 1))", "policy"),
+    ("microautoware/microautoware.csp", "Required(SIGNALS)", "refuse"),
+    ("microautoware/microautoware.csp", "Control(SIGNALS, false)", "refuse"),
+    ("microautoware/microautoware.csp", "Repaired(SIGNALS)", "refuse"),
+    ("microautoware/serial.csp", "Serial(PLAIN, Line(1), false)", "policy"),
+    ("microautoware/service.csp", "Service(Retry(2), Responses(1, 1))", "policy"),
+    ("microautoware/tasks.csp", "Sharing(Behind)", "policy"),
+    ("microautoware/tasks.csp", "Modes(AUTOWARE)", "policy"),
+    ("microautoware/tasks.csp", "Owned", "policy"),
+    ("robot_soccer/robot_soccer.csp", "Team(MIROSOT, {1..3})", "policy"),
+    ("rov/annex_b.csp", "Architecture", "policy"),
+    ("rov/annex_b.csp", "CodeRepaired", "policy"),
+)
+"""Those that have tasks which are tables of their states."""
+SLOW: tuple[tuple[str, str, InternalChoice], ...] = (
+    ("channels/commit.csp", "Protocol", "policy"),
+    ("rov/data_view.csp", "ChainRepaired", "policy"),
+)
+"""Those that take longer to load or to follow than a test should."""
 
 
 def generate(script: cspcheck.Script, process: str, folder: Path, internal_choice: InternalChoice = "refuse") -> None:
     """Write the program of a process."""
-    write(project(design(script._script, process, internal_choice), str(folder)), folder)
+    write(project(design(script._script, process, internal_choice, Semantics()), str(folder)), folder)
 
 
 @contextmanager

@@ -10,10 +10,11 @@ import pytest
 
 import cspcheck
 from cspcheck import testing
-from cspcheck.codegen.design.program import candidates, design
+from cspcheck.codegen.design.candidates import candidates
+from cspcheck.codegen.design.program import design
 from cspcheck.codegen.emit.project import project
 from cspcheck.codegen.runtime import Memory, Program, Randomly, VirtualClock
-from tests.codegen.programs import EXAMPLES, SPECS, followed, generate, loaded, strictly_typed
+from tests.codegen.programs import EXAMPLES, SPECS, TABLES, followed, generate, loaded, strictly_typed
 
 DEADLOCKING = {"Symmetric", "Election"}
 IDS = [f"{script.partition('/')[2]}-{process}" for script, process, _ in EXAMPLES]
@@ -27,6 +28,55 @@ def test_random_schedules_are_traces_of_the_script(script: str, process: str, ch
     events, deadlocked = followed(loaded_script, process, tmp_path, 3_000, seed=1)
     assert events == 3_000
     assert deadlocked == (process in DEADLOCKING)
+
+
+@pytest.mark.parametrize(
+    ("script", "process", "choice"), TABLES, ids=[f"{s.partition('/')[2]}-{p}" for s, p, _ in TABLES]
+)
+def test_tables_keep_to_the_script_as_well(script: str, process: str, choice: str, tmp_path: Path) -> None:
+    loaded_script = cspcheck.load(SPECS / script)
+    generate(loaded_script, process, tmp_path / "p", choice)  # type: ignore[arg-type]
+    assert followed(loaded_script, process, tmp_path / "p", 200, seed=1) == (200, False)
+    lint = subprocess.run(
+        [sys.executable, "-m", "ruff", "check", "."], cwd=tmp_path / "p", capture_output=True, text=True
+    )
+    assert lint.stdout == "All checks passed!\n"
+
+
+def test_tables_are_strictly_typed(tmp_path: Path) -> None:
+    generate(cspcheck.load(SPECS / "microautoware" / "microautoware.csp"), "Repaired(SIGNALS)", tmp_path / "p")
+    assert strictly_typed(tmp_path / "p") == ""
+
+
+CLOCK = """
+channel tock, press, lamp, out
+-- tock: 250 ms
+OneStep(_) = 0
+Timed(OneStep) {
+  Lamp = press -> lamp -> (WAIT(3) ; out -> Lamp)
+  SYSTEM = Lamp ||| Lamp
+}
+"""
+
+
+def test_a_timed_process_counts_the_time_of_the_clock(tmp_path: Path) -> None:
+    script = cspcheck.loads(CLOCK)
+    generate(script, "SYSTEM", tmp_path)
+    with loaded(tmp_path) as main:
+        memory = Memory()
+        Program(main.tasks()).run("loop", clock=VirtualClock(), recorder=memory, seconds=3.1)
+    outs = [record.time for record in memory.records if record.channel == "out"]
+    assert outs == [0.75, 0.75, 1.5, 1.5, 2.25, 2.25, 3.0, 3.0]
+    assert [record.time for record in memory.records if record.channel == "tock"] == [n * 0.25 for n in range(1, 13)]
+
+
+def test_priorities_of_the_whole_are_kept(tmp_path: Path) -> None:
+    script = cspcheck.loads(
+        "external prioritise\nchannel a, b : {0..1}\nP(n) = a!n -> P(1 - n) [] b?x -> P(n)\nQ = b.0 -> a?x -> Q\n"
+        "SYSTEM = prioritise(P(0) ||| Q, <{| a |}, {| b |}>)\n"
+    )
+    generate(script, "SYSTEM", tmp_path)
+    assert followed(script, "SYSTEM", tmp_path, 200, seed=3) == (200, False)
 
 
 def test_generated_programs_pass_linter_and_type_checker(tmp_path: Path) -> None:

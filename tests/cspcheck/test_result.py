@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from cspcheck.checker.verdict import Verdict
-from cspcheck.result import DEFAULT_MODELS, Exit, Result, exit_of, worst
+from cspcheck.result import Exit, Result, exit_of, worst
 
 
 @pytest.mark.parametrize(
@@ -41,9 +41,3 @@ def test_the_worst_wins() -> None:
         assert worst(reversed(order[i:])) is code
     assert [int(code) for code in order] == [4, 2, 1, 3, 5, 0]
     assert worst([]) is Exit.OK
-
-
-def test_the_models_in_force_are_those_of_the_checker() -> None:
-    from cspcheck.checker import check
-
-    assert check._DEFAULT_MODELS == DEFAULT_MODELS

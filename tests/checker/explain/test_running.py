@@ -6,7 +6,6 @@ from hypothesis import given, settings, strategies as st
 
 from cspcheck.checker.explain.running import Component, Runner, Running, distinct_names
 from cspcheck.checker.semantics.derivation import Derivation, derive
-from cspcheck.checker.semantics.head_normal import active
 from cspcheck.checker.semantics.transitions import MoreStates, Semantics, breadth_first
 from cspcheck.cspm.process.events import TAU, TICK
 from cspcheck.cspm.process.terms import SKIP, STOP, Hide, Interrupt, LinkedParallel, Process, Rename, Throw
@@ -34,7 +33,7 @@ def names(running: Running) -> list[str]:
 
 def holds(semantics: Semantics, state: Process, step: Derivation) -> bool:
     """Every premise is a transition of its operand, and the premises alone give the step."""
-    operands = active(state)
+    operands = state.active()
     for i, move in step.moves:
         if (move.event, move.after) not in semantics.transitions(operands[i]) or not holds(
             semantics, operands[i], move
