@@ -82,6 +82,24 @@ COUNTEREXAMPLE: Final = _object(
         "specification": _or_null(_object({"trace": TEXTS, "causes": _list(MAYBE_TEXT), "states": TEXTS})),
     }
 )
+COVERAGE: Final = _object(
+    {
+        "prefixes": NUMBER,
+        "performed": NUMBER,
+        "never": _list(
+            _object(
+                {
+                    "kind": TEXT,
+                    "text": TEXT,
+                    "why": MAYBE_TEXT,
+                    "file": MAYBE_TEXT,
+                    "line": MAYBE_NUMBER,
+                    "column": MAYBE_NUMBER,
+                }
+            )
+        ),
+    }
+)
 _RESULT: Final[Schema] = {
     "file": TEXT,
     "line": NUMBER,
@@ -98,6 +116,7 @@ _RESULT: Final[Schema] = {
     "counterexample": _or_null(COUNTEREXAMPLE),
     "readings": TEXTS,
     "view": _one_of("control"),
+    "coverage": COVERAGE,
 }
 _DIAGNOSTIC: Final[Schema] = {
     "severity": _one_of("error", "warning"),
@@ -110,7 +129,7 @@ _DIAGNOSTIC: Final[Schema] = {
     "end_column": MAYBE_NUMBER,
     "help": MAYBE_TEXT,
 }
-_CONDITIONS: Final = ("readings", "view")
+_CONDITIONS: Final = ("readings", "view", "coverage")
 RESULT: Final = _object(_RESULT, optional=_CONDITIONS)
 DIAGNOSTIC: Final = _object(_DIAGNOSTIC)
 SUMMARY: Final = _object({"pass": NUMBER, "fail": NUMBER, "unknown": NUMBER, "error": NUMBER})
@@ -171,6 +190,31 @@ SCHEMAS: Final[dict[str, tuple[str, Schema]]] = {
                 "schema": {"const": "cspcheck/proof/1"},
                 "obligations": _list(FINDING),
                 "preconditions": _list(PRECONDITION),
+            }
+        ),
+    ),
+    "mutate": (
+        "`cspcheck mutate --format json`",
+        _object(
+            {
+                "schema": {"const": "cspcheck/mutation/1"},
+                "version": TEXT,
+                "interrupted": FLAG,
+                "mutants": _list(
+                    _object(
+                        {
+                            "file": TEXT,
+                            "line": NUMBER,
+                            "column": NUMBER,
+                            "end_line": NUMBER,
+                            "end_column": NUMBER,
+                            "kind": TEXT,
+                            "change": TEXT,
+                            "fate": _one_of("noticed", "unnoticed", "undecided", "invalid"),
+                            "noticed_by": MAYBE_TEXT,
+                        }
+                    )
+                ),
             }
         ),
     ),

@@ -102,7 +102,7 @@ def test_every_kind_of_result_and_diagnostic(results: dict[str, Result], mistake
     first = document["results"][0]
     for key in list(first):
         value = first.pop(key)
-        assert validator.is_valid(document) == (key in ("readings", "view"))
+        assert validator.is_valid(document) == (key in ("readings", "view", "coverage"))
         first[key] = value
 
 
@@ -111,6 +111,7 @@ def written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., st
     monkeypatch.chdir(tmp_path)
     Path("count.csp").write_text(SCRIPT)
     Path("counter.csp").write_text(CLASSES)
+    Path("mutated.csp").write_text("channel a, b\nP = a -> b -> P\nassert P :[deadlock free]\n")
     Path("run.jsonl").write_text('"c.0"\n"c.7"\n')
 
     def write(*arguments: str) -> str:
@@ -129,6 +130,8 @@ def test_real_documents(written: Callable[..., str], capsys: pytest.CaptureFixtu
     assert valid("check", json.loads(written("typecheck", "count.csp", "--format", "json")))
     assert valid("sweep", json.loads(written("sweep", "count.csp", "-D", "N=1,true", "--format", "json")))
     assert valid("prove", json.loads(written("prove", "counter.csp", "--format", "json")))
+    assert valid("check", json.loads(written("check", "count.csp", "--coverage", "--format", "json")))
+    assert valid("mutate", json.loads(written("mutate", "mutated.csp", "--format", "json")))
     assert valid("prove", json.loads(written("prove", "counter.csp", "--precondition", "up", "--format", "json")))
     capsys.readouterr()
     for process in ("Count(0)", "Count(7)"):
