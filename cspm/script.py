@@ -7,8 +7,9 @@ raises ``ScriptError`` with what is wrong; nothing else leaves this module for a
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError, Severity
@@ -20,6 +21,7 @@ from cspcheck.cspm.expectations import Expectations, Expected
 from cspcheck.cspm.naming import messages as name_messages
 from cspcheck.cspm.naming.resolve import Names, resolve, resolve_more
 from cspcheck.cspm.notation import Paragraphs, Semantics, extension
+from cspcheck.cspm.parsing.lexing_messages import nested_too_deeply
 from cspcheck.cspm.parsing.reading import parse, parse_assertion, parse_expression, read_source
 from cspcheck.cspm.printing.printer import print_assertion
 from cspcheck.cspm.process.events import EventSet, EventTable
@@ -58,7 +60,12 @@ class Script:
 
     Methods that take text read it as if it stood at the end of the script. All of them raise ``ScriptError``
     where the text or the script is wrong.
+
+    Attributes:
+        again: loads the same script anew: nothing of what was evaluated in this one is in that one.
     """
+
+    again: Callable[[], Script]
 
     def __init__(
         self,
@@ -258,6 +265,7 @@ def load(
     overrides: Mapping[str, str] | None = None,
     typecheck: bool = True,
     semantics: Semantics | None = None,
+    include_roots: Iterable[str] = (),
     recording: bool = False,
 ) -> Script:
     """Load a script from a file, or from a text that has been read already.
@@ -267,16 +275,41 @@ def load(
         overrides: expressions that replace those of top-level definitions ``NAME = ...``, by name.
         typecheck: whether types are inferred and must be right.
         semantics: how classes are read; by default with their data, outputs chosen by the class.
+        include_roots: folders, beside the script's own, from below which files may be included.
         recording: whether to remember what was evaluated (:class:`.RecordingEvaluator`), for coverage.
 
     Raises:
         ScriptError: the file cannot be read, or the script is wrong.
     """
-    if isinstance(script, syntax.Script):
-        source, tree = script.span.source, script
-    else:
-        source = script if isinstance(script, Source) else read_source(script)
-        tree = parse(source)
+    roots = tuple(include_roots)
+    source = script.span.source if isinstance(script, syntax.Script) else script
+    source = source if isinstance(source, Source) else read_source(source)
+    try:
+        tree = script if isinstance(script, syntax.Script) else parse(source, include_roots=roots)
+        loaded = _loaded(source, tree, overrides, typecheck, semantics, recording)
+    except RecursionError as deep:
+        deep.__traceback__ = None
+        raise ScriptError(nested_too_deeply(source.name)) from None
+    loaded.again = partial(
+        load,
+        tree if isinstance(script, syntax.Script) else source,
+        overrides=overrides,
+        typecheck=typecheck,
+        semantics=semantics,
+        include_roots=roots,
+        recording=recording,
+    )
+    return loaded
+
+
+def _loaded(
+    source: Source,
+    tree: syntax.Script,
+    overrides: Mapping[str, str] | None,
+    typecheck: bool,
+    semantics: Semantics | None,
+    recording: bool,
+) -> Script:
     if overrides:
         tree = _overridden(tree, overrides)
     classes: Paragraphs | None = None
