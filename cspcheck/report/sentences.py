@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cspcheck.checker.verdict import Counterexample, Verdict
+from cspcheck.checker.verdict import TERMINATION_COUNTS, Counterexample, Verdict
 from cspcheck.quantities import count
 from cspcheck.result import Result
 
@@ -46,7 +46,8 @@ def _misbehaviour(result: Result, counterexample: Counterexample) -> str:
     after = _after(counterexample)
     match counterexample.kind:
         case "deadlock":
-            return f"{process} deadlocks {after}: nothing can happen, and it has not terminated"
+            unless = "" if TERMINATION_COUNTS in result.remarks else ", and it has not terminated"
+            return f"{process} deadlocks {after}: nothing can happen{unless}"
         case "divergence":
             known = "" if result.specification is None else f", and {specification} does not"
             return f"{process} diverges {after}: it can go on for ever without a visible event{known}"
