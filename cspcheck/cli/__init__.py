@@ -23,6 +23,7 @@ VERBS = {
     "fmt": "Print scripts in the standard layout, or rewrite them.",
     "latex": "Write classes as LaTeX, or LaTeX as text.",
     "probe": "Step through a process, or through a counterexample.",
+    "explore": "Explore a script in the browser.",
     "graph": "Draw a machine, an architecture or a counterexample.",
     "cspm": "Write a script with classes as plain CSPm, for FDR.",
     "gen": "Generate a program of tasks and channels.",
@@ -30,6 +31,7 @@ VERBS = {
     "explain": "Say what an error code means, with an example and its repair.",
     "examples": "List, print or copy the examples that come with cspcheck.",
     "schema": "Print the JSON Schema of an output for programs.",
+    "lsp": "Serve an editor: diagnostics, navigation, checks (LSP).",
     "completion": "Print the completion script for a shell.",
 }
 """The verbs with what ``--help`` says of them, so that it need not import them."""
