@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
-from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
+from cspcheck.cspm.diagnostics import Diagnostic, ScriptError, Severity
 from cspcheck.cspm.evaluator import Evaluator
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.evaluator.recording import RecordingEvaluator
@@ -20,6 +21,7 @@ from cspcheck.cspm.evaluator.units import Declarations
 from cspcheck.cspm.naming import messages as name_messages
 from cspcheck.cspm.naming.resolve import Names, resolve, resolve_more
 from cspcheck.cspm.notation import Paragraphs, Semantics, extension
+from cspcheck.cspm.parsing.lexing_messages import nested_too_deeply
 from cspcheck.cspm.parsing.reading import parse, parse_alone, parse_assertion, parse_expression, read_source
 from cspcheck.cspm.printing.printer import print_assertion
 from cspcheck.cspm.process.events import EventSet, EventTable
@@ -29,6 +31,7 @@ from cspcheck.cspm.source import Source, Span
 from cspcheck.cspm.spelling import suggestions
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.values.dots import Channels, DotList, Dotted, Event
+from cspcheck.cspm.values.failure import Failure
 from cspcheck.cspm.values.order import order_key
 from cspcheck.cspm.values.sets import Set
 from cspcheck.cspm.values.text import show
@@ -60,7 +63,12 @@ class Script:
 
     Methods that take text read it as if it stood at the end of the script. All of them raise ``ScriptError``
     where the text or the script is wrong.
+
+    Attributes:
+        again: loads the same script anew: nothing of what was evaluated in this one is in that one.
     """
+
+    again: Callable[[], Script]
 
     def __init__(
         self,
@@ -85,9 +93,10 @@ class Script:
         self.warnings: tuple[Diagnostic, ...] = () if types is None else types.warnings
         if classes is not None:
             self.warnings = (*classes.warnings, *self.warnings)
-        self.warnings = (*tree.remarks, *self.warnings)
+        self.warnings = (*tree.remarks, *names.warnings, *self.warnings)
         self._evaluator = (RecordingEvaluator if recording else Evaluator)(names, Channels(self.events), types)
-        self._top, declared = self._evaluator.run(lambda: self._declare(tree))
+        self._top, declared, broken = self._evaluator.run(lambda: self._declare(tree))
+        self.warnings += tuple([_as_warning(d) for failure in broken for d in failure.finished().diagnostics])
         self._frames: dict[int, Frame] = {}
         if types is not None:
             from cspcheck.cspm.evaluator.unmatched import unmatched_inputs
@@ -97,7 +106,7 @@ class Script:
             )
         self.assertions: tuple[Assertion, ...] = tuple(self._own_assertions(declared))
         """The assertions in the order of the text."""
-        self.printed: tuple[str, ...] = tuple([self._print(node.expression, frame) for node, frame in declared.prints])
+        self.printed: tuple[str, ...] = tuple(self._printed(declared))
         """What the ``print`` declarations say, in order."""
 
     def readings(self, node: syntax.Assertion) -> tuple[str, ...]:
@@ -106,11 +115,10 @@ class Script:
             return ()
         return self.classes.readings(self.names, _operands(node))
 
-    def _declare(self, tree: syntax.Script) -> tuple[Frame, Declarations]:
+    def _declare(self, tree: syntax.Script) -> tuple[Frame, Declarations, list[Failure]]:
         declarations = Declarations(self._evaluator)
         unit = declarations.script(tree)
-        declarations.settle()
-        return Frame.outermost(unit), declarations
+        return Frame.outermost(unit), declarations, declarations.settle()
 
     def _own_assertions(self, declared: Declarations) -> Iterator[Assertion]:
         announced = {self.source: _expectations(self.tree)}
@@ -207,6 +215,15 @@ class Script:
         node, frame = self._tied(text)
         return self._print(node, frame)
 
+    def _printed(self, declared: Declarations) -> Iterator[str]:
+        for node, frame in declared.prints:
+            if node.span in self.names.unprintable:
+                continue
+            try:
+                yield self._print(node.expression, frame)
+            except ScriptError as error:  # what is only printed stops nothing
+                self.warnings += tuple(map(_as_warning, error.diagnostics))
+
     def _print(self, node: syntax.Expr, frame: Frame) -> str:
         def work() -> str:
             value = self._evaluator.value(node, frame)(())
@@ -250,6 +267,7 @@ def load(
     overrides: Mapping[str, str] | None = None,
     typecheck: bool = True,
     semantics: Semantics | None = None,
+    include_roots: Iterable[str] = (),
     recording: bool = False,
 ) -> Script:
     """Load a script from a file, or from a text that has been read already.
@@ -259,16 +277,41 @@ def load(
         overrides: expressions that replace those of top-level definitions ``NAME = ...``, by name.
         typecheck: whether types are inferred and must be right.
         semantics: how classes are read; by default with their data, outputs chosen by the class.
+        include_roots: folders, beside the script's own, from below which files may be included.
         recording: whether to remember what was evaluated (:class:`.RecordingEvaluator`), for coverage.
 
     Raises:
         ScriptError: the file cannot be read, or the script is wrong.
     """
-    if isinstance(script, syntax.Script):
-        source, tree = script.span.source, script
-    else:
-        source = script if isinstance(script, Source) else read_source(script)
-        tree = parse(source)
+    roots = tuple(include_roots)
+    source = script.span.source if isinstance(script, syntax.Script) else script
+    source = source if isinstance(source, Source) else read_source(source)
+    try:
+        tree = script if isinstance(script, syntax.Script) else parse(source, include_roots=roots)
+        loaded = _loaded(source, tree, overrides, typecheck, semantics, recording)
+    except RecursionError as deep:
+        deep.__traceback__ = None
+        raise ScriptError(nested_too_deeply(source.name)) from None
+    loaded.again = partial(
+        load,
+        tree if isinstance(script, syntax.Script) else source,
+        overrides=overrides,
+        typecheck=typecheck,
+        semantics=semantics,
+        include_roots=roots,
+        recording=recording,
+    )
+    return loaded
+
+
+def _loaded(
+    source: Source,
+    tree: syntax.Script,
+    overrides: Mapping[str, str] | None,
+    typecheck: bool,
+    semantics: Semantics | None,
+    recording: bool,
+) -> Script:
     if overrides:
         tree = _overridden(tree, overrides)
     classes: Paragraphs | None = None
@@ -304,6 +347,11 @@ def outline(source: Source) -> tuple[Assertion, ...]:
 
     collect(tree.declarations)
     return tuple(found)
+
+
+def _as_warning(diagnostic: Diagnostic) -> Diagnostic:
+    """What is wrong with something that nobody may need."""
+    return replace(diagnostic, severity=Severity.WARNING)
 
 
 def _all(declarations: tuple[syntax.Declaration, ...]) -> Iterator[syntax.Declaration]:

@@ -50,7 +50,7 @@ def command(**options: Any) -> None:
     suffix = ".svg" if output in (None, "-") else os.path.splitext(str(output))[1].lower()
     if suffix not in FORMATS:
         raise ScriptError(unknown_picture_format(str(output)))
-    settings = checking.Settings(definitions=definitions(options))
+    settings = checking.Settings(definitions=definitions(options), include_roots=options["include_roots"])
     script = checking.load(options["file"], settings)
     if options["trace"]:
         text = _chart(script, settings, options["process"], suffix)

@@ -166,7 +166,7 @@ class Session:
                 try:
                     result = check(checker, assertion)
                     if self._settings.coverage:
-                        result = covered(script, checker, assertion, result)
+                        result = covered(checker, assertion, result)
                     code = exit_of(result)
                 except Exception as error:
                     report = self._internal_errors.report(error, f"checking `{assertion.text}`")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from cspcheck.cspm.evaluator.frames import Frame, Timing
@@ -17,6 +18,7 @@ from cspcheck.cspm.evaluator.routines import Routine
 from cspcheck.cspm.naming.patterns import variables
 from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
 from cspcheck.cspm.process.events import EventSet
+from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.values import messages as messages
 from cspcheck.cspm.values.dots import ChannelHead, Constructor, Head
@@ -98,17 +100,19 @@ class Declarations:
             self._instantiate(*self._instances.popleft())
         return top
 
-    def settle(self) -> None:
+    def settle(self) -> list[Failure]:
         """Evaluate the fields of all channels and datatypes; the channels' events get their numbers.
 
-        Raises:
-            Failure: the type of a field is wrong.
+        What is wrong with one stops only those who need it: the failures are returned. ``Events`` needs all channels.
         """
+        broken = self.evaluator.channels.broken
         for head in self.channels:
-            _ = head.declared
+            broken += _attempt(partial(getattr, head, "declared"), head.span)
+        found = list(broken)
         self.evaluator.channels.table.clocks = EventSet.of(clock.value.number for clock in self._clocks)
         for datatype in self._types:
-            _ = datatype.branches
+            found += _attempt(partial(getattr, datatype, "branches"), None)
+        return found
 
     def _declare(self, declarations: Sequence[syntax.Declaration], frame: Frame, prefix: str) -> None:
         names = self.evaluator.names
@@ -240,6 +244,18 @@ class Declarations:
                 raise
 
         return Thunk(evaluate, ())
+
+
+def _attempt(work: Callable[[], Any], span: Span | None) -> list[Failure]:
+    """The failure of *work*, if it fails."""
+    try:
+        work()
+    except Failure as failure:
+        return [failure.at(span)]
+    except RecursionError as deep:
+        deep.__traceback__ = None
+        return [Failure(messages.too_deep(span), is_limit=True)]
+    return []
 
 
 def timing(evaluator: Evaluator, section: syntax.TimedDeclaration, frame: Frame) -> Timing:

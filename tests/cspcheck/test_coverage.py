@@ -10,7 +10,6 @@ from cspcheck.checker.checks.coverage import happened
 from cspcheck.checker.network.compiler import compile_network
 from cspcheck.checker.packing.packed import pack
 from cspcheck.checker.search.exploration import explore as explore_packed
-from cspcheck.checker.semantics.head_normal import active
 from cspcheck.checker.semantics.transitions import LimitReached, Semantics, explore
 from cspcheck.coverage import Coverage, coverage
 from cspcheck.cspm import script as scripts
@@ -156,7 +155,7 @@ def test_what_a_machine_cannot_do_without_is_performed(p: str, q: str, r: str, s
 def leaves(state: Process) -> Iterator[Process]:
     if isinstance(state, Prefix):
         yield state
-    for operand in active(state):
+    for operand in state.active():
         yield from leaves(operand)
 
 
