@@ -35,6 +35,7 @@ from cspcheck.cspm.syntax.tree import (
 )
 
 if TYPE_CHECKING:
+    from cspcheck.checker.checks.coverage import Happened
     from cspcheck.cspm.oz.syntax import DataRefinement, Obligations, Subtype
     from cspcheck.cspm.script import Script
 
@@ -69,6 +70,7 @@ class Checker:
     ) -> None:
         self._script = script
         self._limits = limits
+        self._happened: dict[Process, Happened | None] = {}
         kept = KEPT_BYTES if limits.memory_bytes is None else min(KEPT_BYTES, limits.memory_bytes // 2)
         self._machines = Machines(
             workers=workers or os.cpu_count() or 1,
@@ -197,6 +199,25 @@ class Checker:
             ScriptError: a definition cannot be evaluated.
         """
         return self._machines.lts(process, Budget(self._limits))
+
+    def happened(self, process: Process) -> Happened | None:
+        """What happens in the reachable states of a process, none of them left out; None where a limit was reached.
+
+        Raises:
+            ScriptError: a definition cannot be evaluated.
+        """
+        if process not in self._happened:
+            self._happened[process] = self._looked_at(process)
+        return self._happened[process]
+
+    def _looked_at(self, process: Process) -> Happened | None:
+        from cspcheck.checker.checks.coverage import TooManySteps, happened
+
+        try:
+            exploration = self._machines.exploration(process, "everything", Budget(self._limits), original=True)
+            return happened(exploration) if exploration.complete else None
+        except (Incomplete, TooManySteps):
+            return None
 
     @property
     def events(self) -> EventTable:

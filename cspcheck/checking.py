@@ -6,7 +6,7 @@ import os
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal, Protocol
 
 from cspcheck.checker.verdict import Limits, Outcome, Verdict
@@ -38,6 +38,7 @@ class Settings:
         typecheck: whether types are checked before evaluation.
         view: classes with their ``data``, or in the ``control`` view without; None: as the script says.
         outputs: who chooses the outputs of classes: ``demonic`` (the class) or ``angelic`` (its environment).
+        coverage: whether what never happens in a check that passes is looked for.
     """
 
     limits: Limits = field(default_factory=Limits)
@@ -47,6 +48,7 @@ class Settings:
     typecheck: bool = True
     view: Literal["data", "control"] | None = None
     outputs: Literal["demonic", "angelic"] = "demonic"
+    coverage: bool = False
 
 
 class Watch(Protocol):
@@ -139,6 +141,7 @@ def load(path: str, settings: Settings) -> Script:
         overrides=settings.definitions,
         typecheck=settings.typecheck,
         semantics=Semantics(settings.view, settings.outputs),
+        recording=settings.coverage,
     )
 
 
@@ -165,6 +168,15 @@ def check(checker: Checker, assertion: Assertion, clock: Callable[[], float] = t
         return unanswered(assertion, error.diagnostics, clock() - start)
     except MemoryError:
         return answer(assertion, _nothing(Verdict.UNKNOWN, "the machine is out of memory", clock() - start))
+
+
+def covered(script: Script, checker: Checker, assertion: Assertion, result: Result) -> Result:
+    """The result with what never happened in it, where its verdict is ``pass`` and the script was loaded for that."""
+    if result.verdict is not Verdict.PASS:
+        return result
+    from cspcheck.coverage import coverage
+
+    return replace(result, coverage=coverage(script, checker, assertion))
 
 
 def unanswered(assertion: Assertion, diagnostics: Sequence[Diagnostic], seconds: float = 0.0) -> Result:

@@ -229,7 +229,7 @@ def shown(process: Process, table: EventTable) -> tuple[Process, EventSet]:
             parts = [_shown_part(operand, table) for operand in process.operands]
             for _, own in parts:
                 events = events | own
-            return Parallel(process.events, tuple(part for part, _ in parts)), events
+            return Parallel(process.events, tuple(part for part, _ in parts), process.clocks), events
         else:
             return process, events
 

@@ -342,3 +342,29 @@ def too_many_at_a_time(process: str) -> Diagnostic:
         f"`{process}` can be in too many states at a time to follow the run",
         help="show more of what happens: `--inside` follows hidden events too",
     )
+
+
+@mistake(
+    "CSP918",
+    "no assertion to notice a change",
+    explanation="""
+`cspcheck mutate` changes a script in one place after the other and looks which changes turn the verdict of an
+assertion. Without an assertion whose verdict is `pass` or `fail` there is nothing to be turned.
+""",
+    example="""
+channel a
+P = a -> P
+""",
+    repair="""
+channel a
+P = a -> P
+assert P :[deadlock free]
+""",
+)
+def nothing_to_mutate(name: str) -> Diagnostic:
+    """No assertion of the script *name* has a verdict."""
+    return Diagnostic(
+        "CSP918",
+        f"no assertion of `{name}` has a verdict that a change could turn",
+        help="add one, as in `assert P :[deadlock free]`, or raise the limits",
+    )

@@ -8,10 +8,11 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Literal
 
 from cspcheck.checker.verdict import DEFAULT_MODELS, Counterexample, Outcome, Verdict
-from cspcheck.cspm.diagnostics import Diagnostic, Severity
+from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.syntax import tree as syntax
 
 if TYPE_CHECKING:
+    from cspcheck.coverage import Coverage
     from cspcheck.cspm.script import Assertion
 
 
@@ -34,6 +35,7 @@ class Result:
         expected: the verdict that the script asks for in a comment; ``pass`` without one.
         outcome: what the checker found.
         diagnostics: the errors met while checking (verdict ``error``).
+        coverage: what never happened in a check that passed, where that was asked for.
     """
 
     file: str
@@ -47,6 +49,7 @@ class Result:
     specification: str | None = None
     expected: Verdict = Verdict.PASS
     diagnostics: tuple[Diagnostic, ...] = ()
+    coverage: Coverage | None = None
 
     def __bool__(self) -> bool:
         return self.verdict is Verdict.PASS
@@ -234,8 +237,3 @@ class Summary:
         """Count a script that could not be loaded."""
         self.verdicts["error"] += 1
         self.unexpected += 1
-
-
-def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
-    """Whether one of them stops its script from being used."""
-    return any(diagnostic.severity is Severity.ERROR for diagnostic in diagnostics)

@@ -19,11 +19,14 @@ TIMED_BUILTINS = frozenset({"WAIT", "timed_priority"})
 """In scope inside ``Timed`` sections only."""
 
 _TRANSPARENT = """
-    normal lazynorm sbisim dbisim wbisim diamond tau_loop_factor model_compress explicate lazyenumerate
+    normal normalise lazynorm sbisim dbisim wbisim diamond tau_loop_factor model_compress explicate lazyenumerate
     chase chase_nocache
     """
 TRANSPARENT = frozenset(_TRANSPARENT.split())
 """What ``transparent`` can import: functions that keep a process's meaning (and, by tradition, ``chase``)."""
+
+DEPRECATED_IMPORTS = {"normalise": "normal"}
+"""Imports of old that FDR4 refuses, with what they are called now."""
 
 _EXTERNAL = """
     chase chase_nocache prioritise prioritise_nocache prioritisepo deter loop failure_watchdog trace_watchdog

@@ -12,9 +12,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
-from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
+from cspcheck.cspm.diagnostics import Diagnostic, ScriptError, Severity
 from cspcheck.cspm.evaluator import Evaluator
 from cspcheck.cspm.evaluator.frames import Frame
+from cspcheck.cspm.evaluator.recording import RecordingEvaluator
 from cspcheck.cspm.evaluator.units import Declarations
 from cspcheck.cspm.naming import messages as name_messages
 from cspcheck.cspm.naming.resolve import Names, resolve, resolve_more
@@ -28,6 +29,7 @@ from cspcheck.cspm.source import Source, Span
 from cspcheck.cspm.spelling import suggestions
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.values.dots import Channels, DotList, Dotted, Event
+from cspcheck.cspm.values.failure import Failure
 from cspcheck.cspm.values.order import order_key
 from cspcheck.cspm.values.sets import Set
 from cspcheck.cspm.values.text import show
@@ -68,6 +70,8 @@ class Script:
         names: Names,
         types: Types | None,
         classes: Paragraphs | None = None,
+        *,
+        recording: bool = False,
     ) -> None:
         self.source = source
         self.tree = tree
@@ -82,9 +86,10 @@ class Script:
         self.warnings: tuple[Diagnostic, ...] = () if types is None else types.warnings
         if classes is not None:
             self.warnings = (*classes.warnings, *self.warnings)
-        self.warnings = (*tree.remarks, *self.warnings)
-        self._evaluator = Evaluator(names, Channels(self.events), types)
-        self._top, declared = self._evaluator.run(lambda: self._declare(tree))
+        self.warnings = (*tree.remarks, *names.warnings, *self.warnings)
+        self._evaluator = (RecordingEvaluator if recording else Evaluator)(names, Channels(self.events), types)
+        self._top, declared, broken = self._evaluator.run(lambda: self._declare(tree))
+        self.warnings += tuple([_as_warning(d) for failure in broken for d in failure.finished().diagnostics])
         self._frames: dict[int, Frame] = {}
         if types is not None:
             from cspcheck.cspm.evaluator.unmatched import unmatched_inputs
@@ -94,7 +99,7 @@ class Script:
             )
         self.assertions: tuple[Assertion, ...] = tuple(self._own_assertions(declared))
         """The assertions in the order of the text."""
-        self.printed: tuple[str, ...] = tuple([self._print(node.expression, frame) for node, frame in declared.prints])
+        self.printed: tuple[str, ...] = tuple(self._printed(declared))
         """What the ``print`` declarations say, in order."""
 
     def readings(self, node: syntax.Assertion) -> tuple[str, ...]:
@@ -103,11 +108,10 @@ class Script:
             return ()
         return self.classes.readings(self.names, _operands(node))
 
-    def _declare(self, tree: syntax.Script) -> tuple[Frame, Declarations]:
+    def _declare(self, tree: syntax.Script) -> tuple[Frame, Declarations, list[Failure]]:
         declarations = Declarations(self._evaluator)
         unit = declarations.script(tree)
-        declarations.settle()
-        return Frame.outermost(unit), declarations
+        return Frame.outermost(unit), declarations, declarations.settle()
 
     def _own_assertions(self, declared: Declarations) -> Iterator[Assertion]:
         announced = {self.source: _expectations(self.tree)}
@@ -204,6 +208,15 @@ class Script:
         node, frame = self._tied(text)
         return self._print(node, frame)
 
+    def _printed(self, declared: Declarations) -> Iterator[str]:
+        for node, frame in declared.prints:
+            if node.span in self.names.unprintable:
+                continue
+            try:
+                yield self._print(node.expression, frame)
+            except ScriptError as error:  # what is only printed stops nothing
+                self.warnings += tuple(map(_as_warning, error.diagnostics))
+
     def _print(self, node: syntax.Expr, frame: Frame) -> str:
         def work() -> str:
             value = self._evaluator.value(node, frame)(())
@@ -242,25 +255,30 @@ class Script:
 
 
 def load(
-    script: str | os.PathLike[str] | Source,
+    script: str | os.PathLike[str] | Source | syntax.Script,
     *,
     overrides: Mapping[str, str] | None = None,
     typecheck: bool = True,
     semantics: Semantics | None = None,
+    recording: bool = False,
 ) -> Script:
     """Load a script from a file, or from a text that has been read already.
 
     Args:
-        script: a path or a source; includes are found relative to its folder.
+        script: a path, a source (includes are found relative to its folder), or a tree that has been parsed already.
         overrides: expressions that replace those of top-level definitions ``NAME = ...``, by name.
         typecheck: whether types are inferred and must be right.
         semantics: how classes are read; by default with their data, outputs chosen by the class.
+        recording: whether to remember what was evaluated (:class:`.RecordingEvaluator`), for coverage.
 
     Raises:
         ScriptError: the file cannot be read, or the script is wrong.
     """
-    source = script if isinstance(script, Source) else read_source(script)
-    tree = parse(source)
+    if isinstance(script, syntax.Script):
+        source, tree = script.span.source, script
+    else:
+        source = script if isinstance(script, Source) else read_source(script)
+        tree = parse(source)
     if overrides:
         tree = _overridden(tree, overrides)
     classes: Paragraphs | None = None
@@ -272,7 +290,7 @@ def load(
         from cspcheck.cspm.typing.inference import infer
 
         types = infer(tree, names)
-    return Script(source, tree, names, types, classes)
+    return Script(source, tree, names, types, classes, recording=recording)
 
 
 def outline(source: Source) -> tuple[Assertion, ...]:
@@ -296,6 +314,11 @@ def outline(source: Source) -> tuple[Assertion, ...]:
 
     collect(tree.declarations)
     return tuple(found)
+
+
+def _as_warning(diagnostic: Diagnostic) -> Diagnostic:
+    """What is wrong with something that nobody may need."""
+    return replace(diagnostic, severity=Severity.WARNING)
 
 
 def _all(declarations: tuple[syntax.Declaration, ...]) -> Iterator[syntax.Declaration]:

@@ -15,7 +15,7 @@ from typing import Any, Literal
 from cspcheck.checker.budget import Budget, Incomplete, coverage
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.network.compiler import MOST_TERMS, Compiler, LimitReached
-from cspcheck.checker.network.components import JOINED, Alone, Joined, joined_machine
+from cspcheck.checker.network.components import Alone, Joined, joined_machine
 from cspcheck.checker.network.skeleton import compile_single, look_through
 from cspcheck.checker.packing.packed import PackedNetwork, pack
 from cspcheck.checker.reduction.compression import COMPRESSIONS
@@ -134,7 +134,9 @@ class Machines:
             try:
                 lts = self.lts(term.process, budget)
                 budget.check_time(f"compressing a component of {lts.states:,} states")
-                found = COMPRESSIONS[term.function](joined_machine(lts) if role is JOINED else lts)
+                found = COMPRESSIONS[term.function](
+                    joined_machine(lts, role.clocks) if isinstance(role, Joined) else lts
+                )
             except Incomplete:
                 if budget.is_over():
                     raise

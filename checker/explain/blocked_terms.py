@@ -9,10 +9,19 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from cspcheck.checker.explain.running import Component, Running, Tree
-from cspcheck.checker.semantics.parallel import has_terminated
+from cspcheck.checker.semantics.parallel import is_ready
 from cspcheck.checker.semantics.transitions import MoreStates, Semantics, breadth_first
 from cspcheck.cspm.process.events import TAU, TICK, EventSet
-from cspcheck.cspm.process.terms import AlphabetisedParallel, Hide, LinkedParallel, Parallel, Process, Project, Rename
+from cspcheck.cspm.process.terms import (
+    NO_EVENTS,
+    AlphabetisedParallel,
+    Hide,
+    LinkedParallel,
+    Parallel,
+    Process,
+    Project,
+    Rename,
+)
 from cspcheck.cspm.recursion import deep_recursion
 
 LOOKED_AT = 500
@@ -56,14 +65,18 @@ class _Waiting:
         self.possible: set[Offer] = set()
         self.lacking: dict[Offer, set[Component]] = {}
 
-    def offers(self, tree: Tree, state: Process) -> Offers:
-        """What a part of the composition can perform now, taus apart; what gets stuck or is hidden is noted."""
+    def offers(self, tree: Tree, state: Process, clocks: EventSet = NO_EVENTS) -> Offers:
+        """What a part of the composition can perform now, taus apart; what gets stuck or is hidden is noted.
+
+        *clocks* are those of the parallel operator around.
+        """
         if tree.component is not None:
             row = self._semantics.transitions(state)
-            # Who could still do something else terminates by itself, by a tau.
-            ends = has_terminated(row)
+            # Who could still do something else, and does not wait, terminates by itself, by a tau.
+            ends = is_ready(row, clocks)
             return {event: {(tree.component, event)} for event, _ in row if event != TAU and (event != TICK or ends)}
-        parts = [self.offers(child, operand) for child, operand in zip(tree.children, state.active(), strict=True)]
+        clocks = _clocks(state, clocks)
+        parts = [self.offers(child, q, clocks) for child, q in zip(tree.children, state.active(), strict=True)]
         match state:
             case Parallel():
                 return self._joined(tree, state, parts, [state.events] * len(parts), alone=True)
@@ -165,12 +178,14 @@ class _Waiting:
                 if not chosen:
                     return set()
                 return set().union(*[self._missing(*child, event) for child in chosen])
-        return set().union(*[self._missing(*child, event) for child in chosen if not self._offers(child[1], event)])
+        clocks = _clocks(state)
+        absent = [child for child in chosen if not self._offers(child[1], event, clocks)]
+        return set().union(*[self._missing(*child, event) for child in absent])
 
-    def _offers(self, state: Process, event: int) -> bool:
+    def _offers(self, state: Process, event: int, clocks: EventSet) -> bool:
         row = self._semantics.transitions(state)
-        # Who could still do something else does not end together with the others.
-        return has_terminated(row) if event == TICK else any(label == event for label, _ in row)
+        # Who could still do something else, and does not wait, does not end together with the others.
+        return is_ready(row, clocks) if event == TICK else any(label == event for label, _ in row)
 
     def _is_able(self, state: Process, event: int) -> bool:
         if state not in self._alphabets:
@@ -181,6 +196,11 @@ class _Waiting:
                 self._alphabets[state] = None
         alphabet = self._alphabets[state]
         return alphabet is None or event in alphabet
+
+
+def _clocks(state: Process, around: EventSet = NO_EVENTS) -> EventSet:
+    """The clocks of a parallel operator; of another one those of the operator around."""
+    return state.clocks if isinstance(state, Parallel | AlphabetisedParallel | LinkedParallel) else around
 
 
 def _renamed(part: Offers, pairs: Iterable[tuple[int, int]]) -> Offers:

@@ -5,15 +5,15 @@ See ``cspcheck.checker.kernels.table`` for what is common to all kernels.
 
 from __future__ import annotations
 
-from typing import Any
-
+from cspcheck.checker.arrays import Int32Array, Int64Array
+from cspcheck.checker.kernels.arrays import Index, Rules, Scratch
 from cspcheck.checker.kernels.table import hash_of, mixed, same_row
 
 MAY_REPEAT = 1
 MAY_BRANCH = 2
 
 
-def is_repeated(targets: Any, events: Any, start: int, count: int, stride: int, seen: Any) -> bool:
+def is_repeated(targets: Int64Array, events: Int32Array, start: int, count: int, stride: int, seen: Int32Array) -> bool:
     """Whether transition *count* of the buffer equals one of those since *start*; if not it is noted in *seen*.
 
     *seen* is a hash table of places in the buffer. Entries before *start* belong to earlier states and count as
@@ -31,7 +31,15 @@ def is_repeated(targets: Any, events: Any, start: int, count: int, stride: int, 
 
 
 def admitted(
-    care: int, rules: Any, targets: Any, events: Any, row: int, start: int, count: int, stride: int, scratch: Any
+    care: int,
+    rules: Rules,
+    targets: Int64Array,
+    events: Int32Array,
+    row: int,
+    start: int,
+    count: int,
+    stride: int,
+    scratch: Scratch,
 ) -> int:
     """1 if transition *count* of the buffer is to stay, 0 if the state has it already."""
     event = events[count]
@@ -47,19 +55,19 @@ def admitted(
 
 def fire_product(
     product: int,
-    rules: Any,
+    rules: Rules,
     words: int,
     stride: int,
-    states: Any,
+    states: Int64Array,
     row: int,
     capacity: int,
     care: int,
     start: int,
     count: int,
-    targets: Any,
-    events: Any,
-    fired: Any,
-    scratch: Any,
+    targets: Int64Array,
+    events: Int32Array,
+    fired: Int32Array,
+    scratch: Scratch,
 ) -> int:
     """Append the successors of a row by one product; the new number of transitions, or -1 if they do not fit."""
     base = row * stride
@@ -106,20 +114,20 @@ def fire_product(
 
 
 def expand(
-    rules: Any,
-    index: Any,
+    rules: Rules,
+    index: Index,
     words: int,
     stride: int,
-    states: Any,
+    states: Int64Array,
     first: int,
     last: int,
     capacity: int,
     care: int,
-    offsets: Any,
-    targets: Any,
-    events: Any,
-    fired: Any,
-    scratch: Any,
+    offsets: Int64Array,
+    targets: Int64Array,
+    events: Int32Array,
+    fired: Int32Array,
+    scratch: Scratch,
 ) -> int:
     """The successors of the rows *first* to *last* of *states* by the rules of *index*, as many rows as fit.
 

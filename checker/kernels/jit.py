@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import FunctionType, ModuleType
-from typing import Any, get_type_hints
+from typing import TYPE_CHECKING, Any, get_type_hints
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from cspcheck.checker.kernels import (
     partition as kernels_partition,
     table as table_kernels,
 )
-from cspcheck.checker.kernels.arrays import Index, Rules, Scratch, no_guide
+from cspcheck.checker.kernels.arrays import Rules
 
 MODULES: tuple[ModuleType, ...] = (table_kernels, kernels_expand, kernels_pairs, kernels_levels, kernels_partition)
 """Where the kernels are, callees before callers."""
@@ -55,18 +55,6 @@ ENTRIES = (
 COMPILATION_SECONDS = 20
 """How long the first compilation takes, about."""
 
-ARRAYS: Mapping[str, type[np.generic]] = {
-    **dict.fromkeys(("table", "events", "fired", "arrivals", "queue"), np.int32),
-    **dict.fromkeys(("moved", "verdicts"), np.uint8),
-    **dict.fromkeys(("states", "targets", "offsets", "numbers", "ends", "outbox", "fresh", "places"), np.int64),
-    **dict.fromkeys(("before", "sources", "after"), np.int64),
-    **dict.fromkeys(("patterns", "component", "low", "stack", "path"), np.int64),
-    **dict.fromkeys(("labels", "earlier_offsets", "earlier", "block", "order", "place"), np.int64),
-    **dict.fromkeys(("block_first", "block_last", "marked", "dirty", "changed", "touched", "queued"), np.int64),
-    **dict.fromkeys(("group", "group_ends", "group_size", "group_block", "buffer", "slots", "stamps"), np.int64),
-}
-"""Kernel parameters that are arrays, by name; the others are integers or the tuples of ``kernel_tables``."""
-
 Kernel = Callable[..., Any]
 
 
@@ -80,6 +68,23 @@ class Kernels:
     def __init__(self, functions: Mapping[str, Kernel], *, compiled: bool) -> None:
         self._functions = functions
         self.compiled = compiled
+
+    if TYPE_CHECKING:  # so that calls are checked like those of the functions that they are
+        insert = staticmethod(table_kernels.insert)
+        find = staticmethod(table_kernels.find)
+        enter_all = staticmethod(table_kernels.enter_all)
+        sort_by_owner = staticmethod(table_kernels.sort_by_owner)
+        claim = staticmethod(table_kernels.claim)
+        settle = staticmethod(table_kernels.settle)
+        expand = staticmethod(kernels_expand.expand)
+        follow = staticmethod(kernels_pairs.follow)
+        nodes_after = staticmethod(kernels_pairs.nodes_after)
+        note_movers = staticmethod(kernels_levels.note_movers)
+        count_deadlocks = staticmethod(kernels_levels.count_deadlocks)
+        count_arrivals = staticmethod(kernels_levels.count_arrivals)
+        peel = staticmethod(kernels_levels.peel)
+        strong_components = staticmethod(kernels_levels.strong_components)
+        coarsest = staticmethod(kernels_partition.coarsest)
 
     def __getattr__(self, name: str) -> Kernel:
         try:
@@ -148,8 +153,9 @@ def _compiled(notify: Callable[[str], None]) -> Kernels:
         ready = folder / "ready"
         if not (caching and ready.exists()):
             notify(f"compiling the search kernels for this machine (once, about {COMPILATION_SECONDS} s)")
-            for name in ENTRIES:
-                functions[name].compile(_signature(numba, functions[name].py_func))
+            for function in _source_functions():
+                if function.__name__ in ENTRIES:
+                    functions[function.__name__].compile(_signature(numba, function))
             if caching:
                 ready.touch()
     return Kernels(functions, compiled=True)
@@ -231,25 +237,19 @@ def _dispatchers(numba: Any, caching: bool) -> dict[str, Any]:
 
 
 def _signature(numba: Any, function: FunctionType) -> tuple[Any, ...]:
-    """The types that a kernel is always called with, by the names of its parameters."""
-    tuples = {"rules": Rules, "index": Index, "scratch": Scratch}
-    types = []
-    for name in inspect.signature(function).parameters:
-        if name in ARRAYS:
-            types.append(numba.typeof(np.zeros(1, dtype=ARRAYS[name])))
-        elif name == "guide":
-            types.append(numba.typeof(no_guide()))
-        elif name in tuples:
-            types.append(numba.typeof(_example(tuples[name])))
-        else:
-            types.append(numba.int64)
-    return tuple(types)
+    """The types that a kernel is always called with: those of its annotations."""
+    hints = get_type_hints(function)
+    return tuple([numba.typeof(_example(hints[name])) for name in inspect.signature(function).parameters])
 
 
-def _example(kind: type[Any]) -> Any:
-    """A tuple of the given kind, of arrays."""
+def _example(kind: Any) -> Any:
+    """A value of the type that an annotation names: an integer, an array, or a tuple of them."""
     dtypes: dict[Any, type[np.generic]] = {Int64Array: np.int64, Int32Array: np.int32, UInt8Array: np.uint8}
-    return kind(*(np.zeros(1, dtype=dtypes[field]) for field in get_type_hints(kind).values()))
+    if kind in dtypes:
+        return np.zeros(1, dtype=dtypes[kind])
+    if kind in (int, bool):
+        return 0
+    return kind(*map(_example, get_type_hints(kind).values()))
 
 
 COMPILED_ROWS = 2_000

@@ -5,21 +5,21 @@ See ``cspcheck.checker.kernels.table`` for what is common to all kernels.
 
 from __future__ import annotations
 
-from typing import Any
-
+from cspcheck.checker.arrays import Int32Array, Int64Array, UInt8Array
+from cspcheck.checker.kernels.arrays import Guide, Index, Rules, Scratch
 from cspcheck.checker.kernels.expand import expand
 from cspcheck.checker.kernels.pairs import at_divergent_node
 from cspcheck.checker.kernels.table import find
 
 
-def note_movers(offsets: Any, rows: int, moved: Any, first: int) -> None:
+def note_movers(offsets: Int64Array, rows: int, moved: UInt8Array, first: int) -> None:
     """Set ``moved[first + i]`` for each of the rows that has a transition."""
     for i in range(rows):
         if offsets[i + 1] > offsets[i]:
             moved[first + i] = 1
 
 
-def matches(states: Any, row: int, words: int, stride: int, patterns: Any) -> bool:
+def matches(states: Int64Array, row: int, words: int, stride: int, patterns: Int64Array) -> bool:
     """Whether a row agrees with one of the patterns: a mask for each word, then the values."""
     for pattern in range(0, len(patterns), 2 * words):
         agrees = True
@@ -33,15 +33,15 @@ def matches(states: Any, row: int, words: int, stride: int, patterns: Any) -> bo
 
 
 def count_deadlocks(
-    offsets: Any,
+    offsets: Int64Array,
     first: int,
     rows: int,
-    moved: Any,
+    moved: UInt8Array,
     first_moved: int,
-    states: Any,
+    states: Int64Array,
     words: int,
     stride: int,
-    patterns: Any,
+    patterns: Int64Array,
 ) -> int:
     """How many of the rows from *first* on have no transition and match no pattern (of the terminated state).
 
@@ -57,7 +57,7 @@ def count_deadlocks(
     return count
 
 
-def count_arrivals(numbers: Any, count: int, start: int, end: int, arrivals: Any) -> int:
+def count_arrivals(numbers: Int64Array, count: int, start: int, end: int, arrivals: Int32Array) -> int:
     """Count in ``arrivals[number - start]`` how often each state of a level occurs in *numbers*; the total."""
     total = 0
     for i in range(count):
@@ -69,30 +69,30 @@ def count_arrivals(numbers: Any, count: int, start: int, end: int, arrivals: Any
 
 
 def peel(
-    rules: Any,
-    index: Any,
-    guide: Any,
+    rules: Rules,
+    index: Index,
+    guide: Guide,
     words: int,
     stride: int,
-    states: Any,
+    states: Int64Array,
     start: int,
     end: int,
-    arrivals: Any,
-    queue: Any,
+    arrivals: Int32Array,
+    queue: Int32Array,
     head: int,
     tail: int,
     most: int,
     capacity: int,
-    offsets: Any,
-    targets: Any,
-    events: Any,
-    fired: Any,
-    scratch: Any,
-    table: Any,
+    offsets: Int64Array,
+    targets: Int64Array,
+    events: Int32Array,
+    fired: Int32Array,
+    scratch: Scratch,
+    table: Int32Array,
     bits: int,
     entry_bits: int,
     partition_bits: int,
-    numbers: Any,
+    numbers: Int64Array,
 ) -> tuple[int, int]:
     """Take away the states of a level at which no tau arrives, and again; what stays is on or behind a cycle.
 
@@ -147,7 +147,15 @@ def peel(
     return head, tail
 
 
-def strong_components(offsets: Any, targets: Any, nodes: int, component: Any, low: Any, stack: Any, path: Any) -> int:
+def strong_components(
+    offsets: Int64Array,
+    targets: Int64Array,
+    nodes: int,
+    component: Int64Array,
+    low: Int64Array,
+    stack: Int64Array,
+    path: Int64Array,
+) -> int:
     """Number the strongly connected components of a graph in compressed sparse rows.
 
     Tarjan's algorithm (SIAM Journal on Computing 1, 1972), with its recursion on an explicit path.

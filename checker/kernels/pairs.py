@@ -5,19 +5,20 @@ See ``cspcheck.checker.kernels.table`` for what is common to all kernels.
 
 from __future__ import annotations
 
-from typing import Any
+from cspcheck.checker.arrays import Int32Array, Int64Array, UInt8Array
+from cspcheck.checker.kernels.arrays import Guide
 
 TRACE = 1
 REFUSAL = 2
 
 
-def node_of(guide: Any, rows: Any, row: int, stride: int) -> int:
+def node_of(guide: Guide, rows: Int64Array, row: int, stride: int) -> int:
     """The node in a row."""
     node: int = (rows[row * stride + guide.word] >> guide.shift) & guide.mask
     return node
 
 
-def at_divergent_node(guide: Any, rows: Any, row: int, stride: int) -> bool:
+def at_divergent_node(guide: Guide, rows: Int64Array, row: int, stride: int) -> bool:
     """Whether the row's node allows everything; False where there is no specification."""
     if guide.mask == 0:
         return False
@@ -25,7 +26,7 @@ def at_divergent_node(guide: Any, rows: Any, row: int, stride: int) -> bool:
     return divergent != 0
 
 
-def node_after(guide: Any, node: int, event: int) -> int:
+def node_after(guide: Guide, node: int, event: int) -> int:
     """The node behind a visible event (dense number), or -1 where it is not allowed."""
     column = guide.columns[event]
     if column < 0:
@@ -45,7 +46,7 @@ def node_after(guide: Any, node: int, event: int) -> int:
     return after
 
 
-def accepts_enough(guide: Any, node: int, mark: int) -> bool:
+def accepts_enough(guide: Guide, node: int, mark: int) -> bool:
     """Whether one of the node's minimal acceptances consists of columns whose ``offered`` is *mark*."""
     sets = guide.acceptance_set[node]
     for acceptance in range(guide.set_offsets[sets], guide.set_offsets[sets + 1]):
@@ -59,7 +60,9 @@ def accepts_enough(guide: Any, node: int, mark: int) -> bool:
     return False
 
 
-def refuses_too_much(guide: Any, node: int, start: int, end: int, events: Any, stable: bool, mark: int) -> bool:
+def refuses_too_much(
+    guide: Guide, node: int, start: int, end: int, events: Int32Array, stable: bool, mark: int
+) -> bool:
     """Whether a state that offers ``events[start:end]`` may refuse what the node does not let it refuse.
 
     A state that can tick can refuse everything but the tick, be it stable or not; otherwise an unstable state
@@ -79,19 +82,19 @@ def refuses_too_much(guide: Any, node: int, start: int, end: int, events: Any, s
 
 
 def follow(
-    guide: Any,
-    states: Any,
+    guide: Guide,
+    states: Int64Array,
     first: int,
     rows: int,
     stride: int,
     judging: int,
-    moved: Any,
+    moved: UInt8Array,
     first_moved: int,
-    offsets: Any,
-    targets: Any,
-    events: Any,
-    fired: Any,
-    verdicts: Any,
+    offsets: Int64Array,
+    targets: Int64Array,
+    events: Int32Array,
+    fired: Int32Array,
+    verdicts: UInt8Array,
 ) -> int:
     """Take the specification along: enter the node afterwards into each transition, and drop the forbidden ones.
 
@@ -141,7 +144,9 @@ def follow(
     return violated
 
 
-def nodes_after(guide: Any, before: Any, sources: Any, events: Any, count: int, after: Any) -> None:
+def nodes_after(
+    guide: Guide, before: Int64Array, sources: Int64Array, events: Int32Array, count: int, after: Int64Array
+) -> None:
     """For transitions of pairs the nodes afterwards, -1 where the specification does not allow the event.
 
     Transition ``i`` is by ``events[i]`` from a pair with the node ``before[sources[i]]``. A tau keeps the node, and so

@@ -5,10 +5,10 @@ See ``cspcheck.checker.kernels.table`` for what is common to all kernels.
 
 from __future__ import annotations
 
-from typing import Any
+from cspcheck.checker.arrays import Int64Array
 
 
-def sort_span(keys: Any, first: int, last: int) -> None:
+def sort_span(keys: Int64Array, first: int, last: int) -> None:
     """Sort a span of an array in place, ascending (Shell 1959; spans are short and nearly sorted as a rule)."""
     gap = (last - first) * 5 // 11
     if gap == 0:
@@ -27,7 +27,16 @@ def sort_span(keys: Any, first: int, last: int) -> None:
             gap = max(1, gap * 5 // 11)
 
 
-def sign(state: int, offsets: Any, labels: Any, targets: Any, block: Any, size: int, buffer: Any, at: int) -> int:
+def sign(
+    state: int,
+    offsets: Int64Array,
+    labels: Int64Array,
+    targets: Int64Array,
+    block: Int64Array,
+    size: int,
+    buffer: Int64Array,
+    at: int,
+) -> int:
     """Write the signature of a state to a buffer: its (label, block of the target), distinct and ascending; the end."""
     end = at
     for i in range(offsets[state], offsets[state + 1]):
@@ -42,7 +51,16 @@ def sign(state: int, offsets: Any, labels: Any, targets: Any, block: Any, size: 
     return kept
 
 
-def group_of(buffer: Any, at: int, end: int, group_ends: Any, groups: int, slots: Any, stamps: Any, stamp: int) -> int:
+def group_of(
+    buffer: Int64Array,
+    at: int,
+    end: int,
+    group_ends: Int64Array,
+    groups: int,
+    slots: Int64Array,
+    stamps: Int64Array,
+    stamp: int,
+) -> int:
     """The group of a signature: of those found in this block so far an equal one, else the number *groups*.
 
     Group ``g`` has the signature ``buffer[group_ends[2 * g]:group_ends[2 * g + 1]]``. The hash table's entries are
@@ -72,30 +90,30 @@ def group_of(buffer: Any, at: int, end: int, group_ends: Any, groups: int, slots
 
 def coarsest(
     size: int,
-    offsets: Any,
-    labels: Any,
-    targets: Any,
-    earlier_offsets: Any,
-    earlier: Any,
-    block: Any,
+    offsets: Int64Array,
+    labels: Int64Array,
+    targets: Int64Array,
+    earlier_offsets: Int64Array,
+    earlier: Int64Array,
+    block: Int64Array,
     blocks: int,
-    order: Any,
-    place: Any,
-    block_first: Any,
-    block_last: Any,
-    marked: Any,
-    group: Any,
-    group_ends: Any,
-    group_size: Any,
-    group_block: Any,
-    fresh: Any,
-    dirty: Any,
-    changed: Any,
-    touched: Any,
-    queued: Any,
-    buffer: Any,
-    slots: Any,
-    stamps: Any,
+    order: Int64Array,
+    place: Int64Array,
+    block_first: Int64Array,
+    block_last: Int64Array,
+    marked: Int64Array,
+    group: Int64Array,
+    group_ends: Int64Array,
+    group_size: Int64Array,
+    group_block: Int64Array,
+    fresh: Int64Array,
+    dirty: Int64Array,
+    changed: Int64Array,
+    touched: Int64Array,
+    queued: Int64Array,
+    buffer: Int64Array,
+    slots: Int64Array,
+    stamps: Int64Array,
 ) -> int:
     """Refine a partition until no two states of a block can be told apart by (label, block of the target).
 

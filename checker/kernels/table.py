@@ -21,6 +21,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from cspcheck.checker.arrays import Int32Array, Int64Array
+
 NATURAL = 0x7FFFFFFFFFFFFFFF
 GOLDEN = 0x1E3779B97F4A7C15
 MIXER = 0x3F58476D1CE4E5B9
@@ -42,7 +44,7 @@ def prefetch(array: Any, index: int) -> None:
     """
 
 
-def hash_of(rows: Any, row: int, stride: int) -> int:
+def hash_of(rows: Int64Array, row: int, stride: int) -> int:
     """A 63-bit hash of a row; the high bits depend on all of it.
 
     Multiplying by the golden section keeps regular sets of states apart and keeps the distances between states and
@@ -60,7 +62,7 @@ def mixed(h: int) -> int:
     return wrapping_product(h ^ (h >> 32), MIXER)
 
 
-def same_row(rows: Any, row: int, others: Any, other: int, stride: int) -> bool:
+def same_row(rows: Int64Array, row: int, others: Int64Array, other: int, stride: int) -> bool:
     """Whether two rows are equal."""
     if rows[row * stride] != others[other * stride]:
         return False
@@ -70,7 +72,7 @@ def same_row(rows: Any, row: int, others: Any, other: int, stride: int) -> bool:
     return True
 
 
-def copy_row(rows: Any, row: int, others: Any, other: int, stride: int) -> None:
+def copy_row(rows: Int64Array, row: int, others: Int64Array, other: int, stride: int) -> None:
     """Copy a row to the place of another."""
     others[other * stride] = rows[row * stride]
     for w in range(1, stride):
@@ -78,18 +80,18 @@ def copy_row(rows: Any, row: int, others: Any, other: int, stride: int) -> None:
 
 
 def insert(
-    targets: Any,
+    targets: Int64Array,
     begin: int,
     end: int,
     stride: int,
-    states: Any,
+    states: Int64Array,
     known: int,
     room: int,
-    table: Any,
+    table: Int32Array,
     bits: int,
     entry_bits: int,
     partition_bits: int,
-    numbers: Any,
+    numbers: Int64Array,
 ) -> tuple[int, int]:
     """Add the rows *begin* to *end* of *targets* to the visited states, as long as there is room.
 
@@ -137,15 +139,15 @@ def insert(
 
 
 def find(
-    targets: Any,
+    targets: Int64Array,
     count: int,
     stride: int,
-    states: Any,
-    table: Any,
+    states: Int64Array,
+    table: Int32Array,
     bits: int,
     entry_bits: int,
     partition_bits: int,
-    numbers: Any,
+    numbers: Int64Array,
 ) -> None:
     """The numbers of the first *count* rows of *targets* among the visited states; -1 for those that are not there."""
     index_mask = (1 << bits) - 1
@@ -173,10 +175,10 @@ def find(
 
 
 def enter_all(
-    states: Any,
+    states: Int64Array,
     known: int,
     stride: int,
-    table: Any,
+    table: Int32Array,
     bits: int,
     entry_bits: int,
     partition_bits: int,
@@ -208,7 +210,14 @@ def enter_all(
 
 
 def sort_by_owner(
-    targets: Any, count: int, stride: int, partition_bits: int, owners: int, capacity: int, ends: Any, outbox: Any
+    targets: Int64Array,
+    count: int,
+    stride: int,
+    partition_bits: int,
+    owners: int,
+    capacity: int,
+    ends: Int64Array,
+    outbox: Int64Array,
 ) -> None:
     """Copy rows to *outbox* grouped by the worker that owns their partition.
 
@@ -224,17 +233,17 @@ def sort_by_owner(
 
 
 def claim(
-    targets: Any,
+    targets: Int64Array,
     begin: int,
     end: int,
     stride: int,
-    states: Any,
+    states: Int64Array,
     known: int,
-    fresh: Any,
+    fresh: Int64Array,
     claimed: int,
     room: int,
-    places: Any,
-    table: Any,
+    places: Int64Array,
+    table: Int32Array,
     bits: int,
     entry_bits: int,
     partition_bits: int,
@@ -286,7 +295,16 @@ def claim(
     return end, claimed
 
 
-def settle(fresh: Any, claimed: int, stride: int, states: Any, first: int, places: Any, table: Any, bits: int) -> None:
+def settle(
+    fresh: Int64Array,
+    claimed: int,
+    stride: int,
+    states: Int64Array,
+    first: int,
+    places: Int64Array,
+    table: Int32Array,
+    bits: int,
+) -> None:
     """Give claimed states their final numbers, from *first* on."""
     for i in range(claimed):
         place = places[i]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from cspcheck.checker.network.components import JOINED, Interrupting, Machines, Role, joined
+from cspcheck.checker.network.components import Interrupting, Joined, Machines, Role, joined
 from cspcheck.checker.network.shapes import Hole, Shapes, Unsuited
 from cspcheck.checker.semantics.steps import Row, Step
 from cspcheck.checker.semantics.transitions import Explored, MoreStates, Semantics, breadth_first
@@ -89,8 +89,8 @@ class BoundedMachines:
 
         def successors(term: Process) -> list[Step]:
             row: Row | list[Step] = transitions(term)
-            if role is JOINED:
-                row = joined(transitions(term))
+            if isinstance(role, Joined):
+                row = joined(transitions(term), role.clocks)
             steps = []
             for event, after in row:
                 if event == TICK:

@@ -9,14 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from cspcheck.checker.lts import Lts, machine, reachable
+from cspcheck.checker.semantics.parallel import waits
 from cspcheck.checker.semantics.steps import Row, Step
 from cspcheck.checker.semantics.transitions import Explored, MoreStates, Poll, Semantics, breadth_first
 from cspcheck.cspm.process.events import TAU, TICK, EventSet
-from cspcheck.cspm.process.terms import SKIP, Process
+from cspcheck.cspm.process.terms import NO_EVENTS, SKIP, Process
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,8 +31,10 @@ class Joined:
     """The component is an operand of a parallel operator, perhaps hidden and renamed.
 
     In states where it can tick and also do something else it has, instead of the tick, a tau to SKIP. So it ticks
-    only where that is all it can do.
+    only where that is all it can do, or where it waits: where it offers one of the *clocks* of the operator.
     """
+
+    clocks: EventSet = NO_EVENTS
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,21 +46,24 @@ class Interrupting:
 
 Role = Alone | Joined | Interrupting
 ALONE = Alone()
-JOINED = Joined()
 
 
-def joined(row: Row) -> list[Step]:
+def joined(row: Row, clocks: EventSet) -> list[Step]:
     """The transitions of a component under a parallel operator, given those that it has by itself."""
-    if len(row) > 1 and any(event == TICK for event, _ in row):
+    if len(row) > 1 and any(event == TICK for event, _ in row) and not waits(row, clocks):
         rest = [(event, state) for event, state in row if event != TICK]
         return [*rest, *([(TAU, SKIP)] if (TAU, SKIP) not in rest else [])]
     return list(row)
 
 
-def joined_machine(lts: Lts) -> Lts:
+def joined_machine(lts: Lts, clocks: EventSet) -> Lts:
     """The machine of a component under a parallel operator, given the one that it has by itself."""
     starts = np.repeat(np.arange(lts.states), np.diff(lts.offsets))
     early = (lts.labels == TICK) & (np.diff(lts.offsets)[starts] > 1)
+    if clocks:
+        waiting = np.zeros(lts.states, dtype=np.bool_)
+        waiting[starts[np.isin(lts.labels, list(clocks))]] = True
+        early &= ~waiting[starts]
     if not early.any():
         return lts
     # As in :func:`joined`, with two more states: SKIP and what is left of it.
@@ -97,8 +104,8 @@ class Machines:
         found = self._known.get(key)
         if found is None:
             successors: Callable[[Process], list[Step] | Row] = self._semantics.transitions
-            if role is JOINED:
-                successors = self._joined_successors
+            if isinstance(role, Joined):
+                successors = partial(self._joined_successors, role.clocks)
             found = self._known[key] = breadth_first(state, successors, most, self.poll)
         if found.lts.states > most:
             raise MoreStates(list(found.terms[:most]))
@@ -116,5 +123,5 @@ class Machines:
             return False
         return True
 
-    def _joined_successors(self, state: Process) -> list[Step]:
-        return joined(self._semantics.transitions(state))
+    def _joined_successors(self, clocks: EventSet, state: Process) -> list[Step]:
+        return joined(self._semantics.transitions(state), clocks)

@@ -12,6 +12,7 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+from cspcheck.checker.network import endings
 from cspcheck.checker.network.actions import (
     MOST_ACTIONS,
     Action,
@@ -26,7 +27,8 @@ from cspcheck.checker.network.actions import (
     together,
 )
 from cspcheck.checker.network.boundaries import FIRST_PRIVATE_LABEL, BoundedMachines, Entry
-from cspcheck.checker.network.components import JOINED, Interrupting, Machines
+from cspcheck.checker.network.components import Interrupting, Joined, Machines
+from cspcheck.checker.network.endings import Endings
 from cspcheck.checker.network.shapes import (
     INTERRUPTS,
     JOINING,
@@ -42,8 +44,9 @@ from cspcheck.checker.network.shapes import (
     role_at,
 )
 from cspcheck.checker.semantics.transitions import Semantics
-from cspcheck.cspm.process.events import TAU, TICK
+from cspcheck.cspm.process.events import TAU, TICK, EventSet
 from cspcheck.cspm.process.terms import (
+    NO_EVENTS,
     AlphabetisedParallel,
     Hide,
     Interrupt,
@@ -190,13 +193,13 @@ class Formats:
         operands = [self._actions(format, child, (*path, i)) for i, child in enumerate(shape.children)]
         match operator:
             case Parallel():
-                _require_distributed_termination(shape, operands)
+                self._require_distributed_termination(format, shape, path, operands)
                 return parallel(operator.events, operands)
             case AlphabetisedParallel():
-                _require_distributed_termination(shape, operands)
+                self._require_distributed_termination(format, shape, path, operands)
                 return alphabetised(operator.alphabets, operands)
             case LinkedParallel():
-                _require_distributed_termination(shape, operands)
+                self._require_distributed_termination(format, shape, path, operands)
                 return linked(operator.links, *operands)
             case Hide():
                 return hidden(operands[0], operator.events)
@@ -231,6 +234,40 @@ class Formats:
                 steps.append(Action(event, event, ((place, label),), ((replaced, after),)))
         return steps
 
+    def _require_distributed_termination(
+        self, format: Format, node: Node, path: Path, operands: Sequence[Sequence[Action]]
+    ) -> None:
+        """Make sure that the operands of a parallel operator tick only where they can do nothing else, or wait.
+
+        Raises:
+            Unsuited: one may not.
+        """
+        assert isinstance(node.template, JOINING)
+        clocks = node.template.clocks
+        for i, (child, actions) in enumerate(zip(node.children, operands, strict=True)):
+            if not any(a.result == TICK for a in actions):
+                continue
+            if not _ticks_at_the_end(child):
+                raise Unsuited("an interrupt under a parallel operator can terminate")
+            if clocks and endings.ends_alone(self._endings(format, child, (*path, i), clocks)):
+                raise Unsuited("a composition under a parallel operator can terminate before the others")
+
+    def _endings(self, format: Format, shape: Shape, path: Path, clocks: EventSet) -> Endings:
+        """How the part of a format at *path*, which ticks at its end, can end under an operator with clocks."""
+        if isinstance(shape, Hole):
+            machines = self.machines
+            return endings.union(
+                endings.of_machine(machines.of(entry).lts, clocks, machines.private_labels, FIRST_PRIVATE_LABEL)
+                for entry in format.entries[path]
+            )
+        operator = shape.template
+        if isinstance(operator, (Sequential, *INTERRUPTS)):
+            return frozenset()  # interrupts that can tick are not taken apart here
+        operands = [self._endings(format, child, (*path, i), clocks) for i, child in enumerate(shape.children)]
+        if isinstance(operator, JOINING):
+            return endings.together(operator, operands)
+        return frozenset((NO_EVENTS,)) if operands[0] and endings.touches(operator, clocks) else operands[0]
+
     def _require_unique_states(self) -> None:
         """Make sure that no term is a state of two formats.
 
@@ -260,20 +297,9 @@ def _started(shape: Shape, fillings: Fillings) -> Started:
     return tuple([(path, (role_at(shape, path), term)) for path, term in fillings])
 
 
-def _require_distributed_termination(node: Node, operands: Sequence[Sequence[Action]]) -> None:
-    """Make sure that the operands of a parallel operator tick only where they can do nothing else.
-
-    Raises:
-        Unsuited: one may not.
-    """
-    for child, actions in zip(node.children, operands, strict=True):
-        if not _ticks_at_the_end(child) and any(a.result == TICK for a in actions):
-            raise Unsuited("an interrupt under a parallel operator can terminate")
-
-
 def _ticks_at_the_end(shape: Shape) -> bool:
     if isinstance(shape, Hole):
-        return shape.role == JOINED
+        return isinstance(shape.role, Joined)
     if isinstance(shape.template, (*JOINING, Sequential)):
         return True
     return not isinstance(shape.template, INTERRUPTS) and _ticks_at_the_end(shape.children[0])

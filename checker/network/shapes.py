@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from cspcheck.checker.network.actions import Path
-from cspcheck.checker.network.components import ALONE, JOINED, Interrupting, Role
+from cspcheck.checker.network.components import ALONE, Interrupting, Joined, Role
 from cspcheck.cspm.process.events import EventSet
 from cspcheck.cspm.process.terms import (
     STOP,
@@ -116,7 +116,8 @@ class Shapes:
             raise Unsuited("operators are nested too deep")
         whole = Hole(role), (((), term),)
         if isinstance(term, JOINING):
-            return _node(term, [self.of(operand, JOINED, depth + 1) for operand in term.active()])
+            below = Joined(term.clocks)
+            return _node(term, [self.of(operand, below, depth + 1) for operand in term.active()])
         if not isinstance(term, UNARY + INTERRUPTS) or not self.has_parts(term):
             return whole
         if not isinstance(term, STATIC_UNARY) and self._is_small(term):
@@ -189,7 +190,7 @@ def role_at(shape: Shape, path: Path) -> Role:
     for i in path:
         assert isinstance(shape, Node)
         if isinstance(shape.template, JOINING):
-            role = JOINED
+            role = Joined(shape.template.clocks)
         elif isinstance(shape.template, INTERRUPTS) and i == 1:
             role = Interrupting(_synchronised(shape.template))
         elif not isinstance(shape.template, STATIC_UNARY):

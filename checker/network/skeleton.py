@@ -7,16 +7,20 @@ through: it means what its operand means.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 from cspcheck.checker.lts import Lts
+from cspcheck.checker.network import endings
 from cspcheck.checker.network.actions import Action, alphabetised, hidden, linked, parallel, projected, renamed
-from cspcheck.checker.network.components import ALONE, JOINED, Alone, Joined
+from cspcheck.checker.network.components import ALONE, Alone, Joined
+from cspcheck.checker.network.endings import Endings
 from cspcheck.checker.network.network import Network, Rule, Slot
+from cspcheck.checker.network.shapes import JOINING, STATIC_UNARY
 from cspcheck.checker.semantics.transitions import Explored
 from cspcheck.cspm.process.events import TICK
 from cspcheck.cspm.process.terms import (
+    NO_EVENTS,
     AlphabetisedParallel,
     Compressed,
     Hide,
@@ -82,9 +86,9 @@ def compile_skeleton(
     skeleton = _Skeleton(explore, compress)
     if takes_apart:
         with deep_recursion():
-            actions = skeleton.actions(process, ALONE, Place())
+            actions = skeleton.part(process, ALONE, Place()).actions
     else:
-        actions = skeleton.component(Component(process, ALONE, _named(process, Place())[1]))
+        actions = skeleton.component(Component(process, ALONE, _named(process, Place())[1])).actions
     return Network(
         slots=tuple(skeleton.slots),
         rules=rules(actions),
@@ -114,7 +118,7 @@ def rules(actions: Iterable[Action]) -> tuple[Rule, ...]:
     return tuple([Rule(result, moves, causes[result, moves]) for result, moves in sorted(causes)])
 
 
-_OPERATORS = (Parallel, AlphabetisedParallel, LinkedParallel, Hide, Project, Rename)
+_OPERATORS = (*JOINING, *STATIC_UNARY)
 
 
 def _named(process: Process, place: Place, stop: type[Process] = Process) -> tuple[Process, Place]:
@@ -134,6 +138,32 @@ def _named(process: Process, place: Place, stop: type[Process] = Process) -> tup
     return process, place if own is None else Place(own.text, own.span)
 
 
+class _Part(NamedTuple):
+    """What a part of the skeleton can do, and, where it is an operand and there are clocks, how it can end."""
+
+    actions: list[Action]
+    endings: Endings
+
+
+def _endings(lts: Lts, role: Alone | Joined) -> Endings:
+    return endings.of_machine(lts, role.clocks) if isinstance(role, Joined) and role.clocks else frozenset()
+
+
+def _composed(operator: Process, role: Alone | Joined, operands: Sequence[_Part]) -> _Part:
+    actions = [operand.actions for operand in operands]
+    ends: Endings = frozenset()
+    if isinstance(role, Joined) and role.clocks:
+        ends = endings.together(operator, [operand.endings for operand in operands])
+    match operator:
+        case Parallel():
+            return _Part(parallel(operator.events, actions), ends)
+        case AlphabetisedParallel():
+            return _Part(alphabetised(operator.alphabets, actions), ends)
+        case LinkedParallel():
+            return _Part(linked(operator.links, *actions), ends)
+    raise AssertionError(f"{type(operator).__name__} is no parallel operator")
+
+
 class _Skeleton:
     def __init__(self, explore: Explore, compress: Compress) -> None:
         self._explore = explore
@@ -141,43 +171,53 @@ class _Skeleton:
         self.slots: list[Slot] = []
         self._parts: dict[Place, int] = {}
 
-    def actions(self, named: Process, role: Alone | Joined, outer: Place) -> list[Action]:
+    def part(self, named: Process, role: Alone | Joined, outer: Place) -> _Part:
+        """A part of the term: taken apart, unless it may end by itself while it can do something else."""
+        slots, parts = len(self.slots), dict(self._parts)
+        found = self._taken_apart(named, role, outer)
+        if endings.ends_alone(found.endings):
+            del self.slots[slots:]
+            self._parts = parts
+            return self.component(Component(named, role, _named(named, outer)[1]))
+        return found
+
+    def _taken_apart(self, named: Process, role: Alone | Joined, outer: Place) -> _Part:
         process, place = _named(named, outer, stop=Compressed)
         if isinstance(process, Compressed):
             machine = self._compress(process, role)
             if machine is not None:
-                return self._compressed(process, machine, place)
+                return self._compressed(process, machine, role, place)
             process, place = _named(named, outer)
+        if isinstance(process, JOINING):
+            below, here = Joined(process.clocks), place._replace(is_part=True)
+            return _composed(process, role, [self.part(operand, below, here) for operand in process.active()])
+        if not isinstance(process, STATIC_UNARY):
+            return self.component(Component(named, role, place))
+        actions, ends = self.part(process.process, role, place)
+        if isinstance(role, Joined) and ends and endings.touches(process, role.clocks):
+            ends = frozenset((NO_EVENTS,))  # as a whole it may do otherwise than what is inside
         match process:
-            case Parallel():
-                return parallel(process.events, self._operands(process.operands, place))
-            case AlphabetisedParallel():
-                return alphabetised(process.alphabets, self._operands(process.operands, place))
-            case LinkedParallel():
-                left, right = self._operands((process.left, process.right), place)
-                return linked(process.links, left, right)
             case Hide():
-                return hidden(self.actions(process.process, role, place), process.events)
+                return _Part(hidden(actions, process.events), ends)
             case Project():
-                return projected(self.actions(process.process, role, place), process.events)
+                return _Part(projected(actions, process.events), ends)
             case Rename():
-                return renamed(self.actions(process.process, role, place), process.pairs)
-        return self.component(Component(named, role, place))
+                return _Part(renamed(actions, process.pairs), ends)
+        raise AssertionError(f"{type(process).__name__} is no operator of the skeleton")
 
-    def _operands(self, operands: Iterable[Process], place: Place) -> list[list[Action]]:
-        return [self.actions(operand, JOINED, place._replace(is_part=True)) for operand in operands]
-
-    def component(self, component: Component) -> list[Action]:
+    def component(self, component: Component) -> _Part:
         slot = len(self.slots)
         machine = self._explore(component)
         self.slots.append(Slot(self._name(component.place), component.place.span, machine.lts, machine.terms))
-        return [Action(label, label, ((slot, label),)) for label in machine.alphabet()]
+        actions = [Action(label, label, ((slot, label),)) for label in machine.alphabet()]
+        return _Part(actions, _endings(machine.lts, component.role))
 
-    def _compressed(self, process: Compressed, lts: Lts, place: Place) -> list[Action]:
+    def _compressed(self, process: Compressed, lts: Lts, role: Alone | Joined, place: Place) -> _Part:
         slot = len(self.slots)
         terms = (process,) * lts.states
         self.slots.append(Slot(self._name(place), place.span, lts, terms, process))
-        return [Action(label, label, ((slot, label),)) for label in lts.alphabet()]
+        actions = [Action(label, label, ((slot, label),)) for label in lts.alphabet()]
+        return _Part(actions, _endings(lts, role))
 
     def _name(self, place: Place) -> str:
         """What to call a component: components that have no definition of their own are numbered in the one around."""

@@ -96,7 +96,7 @@ OBLIGATIONS: tuple[Obligation, ...] = (
         "invariant preserved",
         "operation",
         "error",
-        "what the operation says keeps the invariant",
+        "what the operation says leads to a state of the invariant",
         _operation_check(obligations_operations.invariant_preserved),
         assumes=True,
     ),
@@ -114,6 +114,14 @@ OBLIGATIONS: tuple[Obligation, ...] = (
         "warning",
         "what the operation says leaves no variable or output outside its carrier",
         _operation_check(obligations_operations.carrier_kept),
+        assumes=True,
+    ),
+    Obligation(
+        "alternative kept",
+        "operation",
+        "warning",
+        "carriers and invariant cut off no alternative that its own conditions allow",
+        _operation_check(obligations_operations.alternative_kept),
         assumes=True,
     ),
     Obligation(

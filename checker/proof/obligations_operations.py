@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 from cspcheck.checker.proof.finding import Finding
 from cspcheck.checker.proof.obligations_states import invariant_goals
-from cspcheck.checker.proof.one_point import is_universe
+from cspcheck.checker.proof.one_point import eliminated, is_universe
 from cspcheck.checker.proof.prover import Prover, Report
-from cspcheck.checker.proof.question import Impossible, Part
+from cspcheck.checker.proof.question import Found, Impossible, Part
 from cspcheck.checker.proof.situation import parameter_variable, speaks_of, state_variable
 from cspcheck.checker.proof.terms import (
     TRUE,
@@ -17,15 +18,18 @@ from cspcheck.checker.proof.terms import (
     bound_by,
     is_true,
     member,
+    negation,
     primed,
     quantified,
     substitute,
+    variables,
 )
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Apply, Declared, Operation, Term, Variable
 from cspcheck.cspm.oz.writing.core_text import text, written
 from cspcheck.cspm.source import Span
 
+_MOST_ALTERNATIVES = 32
 _TOTAL = ("fun", "inj", "surj", "bij")
 
 
@@ -39,7 +43,12 @@ def feasible(prover: Prover, report: Report, operation: Operation) -> Iterator[F
 
 
 def invariant_preserved(prover: Prover, report: Report, operation: Operation) -> Iterator[Finding]:
-    """``Inv and Op and F => Inv'``, carriers assumed, without ``Inv'`` among the premises."""
+    """``Inv and Op and F => exists S', out @ Op and F and Inv'``, carriers assumed: nothing is lost to the invariant.
+
+    ``Inv'`` belongs to every operation, so what leads outside the invariant may be no mistake: a variable that follows
+    from others is left to it, an alternative is excluded by it. A mistake is an after-state of the operation's
+    predicate where none of those that it allows satisfies the invariant. Each conjunct is asked for by itself first.
+    """
     situation = prover.situation
     after_secondary = [(name, "after") for name in situation.secondary_keys]
     effect = situation.effect(operation)
@@ -61,6 +70,14 @@ def invariant_preserved(prover: Prover, report: Report, operation: Operation) ->
         if not speaks_of(goal, changed) and not is_quantified(goal.term):
             continue
         answer = prover.refutes(premises, goal.term, shown)
+        if not isinstance(answer, Impossible) and not _determined(prover, operation):
+            broken = [*premises, prover.fails(goal.term)] if isinstance(answer, Found) else premises
+            lost = prover.refutes(broken, situation.possible(operation), shown)
+            if isinstance(lost, Impossible):
+                said = "what it allows outside the invariant is left out" if isinstance(answer, Found) else ""
+                yield report.finding("proved", operation, detail=goal.what, message=said, span=goal.span)
+                continue
+            answer = lost if isinstance(answer, Found) else answer
         yield report.universal(
             answer,
             operation,
@@ -69,6 +86,13 @@ def invariant_preserved(prover: Prover, report: Report, operation: Operation) ->
             detail=goal.what,
             span=goal.span,
         )
+
+
+def _determined(prover: Prover, operation: Operation) -> bool:
+    """Whether its equations give the after-values and outputs, so that there is one outcome at most."""
+    unknowns, parts = prover.situation.existential(operation)
+    left, _ = eliminated(unknowns, [part.term for part in parts if part.what == "effect"])
+    return not left
 
 
 def is_quantified(term: Term) -> bool:
@@ -167,6 +191,67 @@ def _kept(
         detail=f"`{name}`",
         span=declared.span,
     )
+
+
+# --- alternatives ----------------------------------------------------------------------------------------------------
+
+
+def alternative_kept(prover: Prover, report: Report, operation: Operation) -> Iterator[Finding]:
+    """``Inv and alternative and F => exists S', out @ alternative and F and Inv'``, the carriers on the right alone.
+
+    Where another alternative can be taken the operation is not blocked, and no other obligation sees that this one is.
+    """
+    situation = prover.situation
+    for term, effect in _alternatives(operation.effect):
+        taken = replace(operation, effect=effect)
+        premises = [
+            *situation.state(),
+            *situation.inputs(operation),
+            *situation.guard(operation),
+            *situation.effect(taken),
+            *situation.frame(operation),
+        ]
+        answer = prover.refutes(premises, situation.possible(taken), situation.shown(operation))
+        yield report.universal(
+            answer,
+            operation,
+            message=f"carriers or invariant cut off the alternative `{text(term)}` here",
+            detail=f"`{text(term)}`",
+            span=term.span,
+        )
+
+
+def _alternatives(effect: tuple[Term, ...]) -> Iterator[tuple[Term, tuple[Term, ...]]]:
+    """The operands of disjunctions that speak of the outcome, each with the effect in which it is taken."""
+    taken = 0
+    for position, conjunct in enumerate(effect):
+        for term, instead in _taken(conjunct):
+            if any(role in ("after", "output") for _, role in variables(term)):
+                taken += 1
+                if taken > _MOST_ALTERNATIVES:
+                    return
+                yield term, (*effect[:position], instead, *effect[position + 1 :])
+
+
+def _taken(term: Term) -> Iterator[tuple[Term, Term]]:
+    """Each operand of the disjunctions in a predicate with the predicate in which it is the one that holds."""
+    match term:
+        case Apply(operator="or", operands=operands):
+            for operand in operands:
+                inner = list(_taken(operand))
+                yield from inner or [(operand, operand)]
+        case Apply(operator="and", operands=operands):
+            for position, operand in enumerate(operands):
+                for chosen, instead in _taken(operand):
+                    yield chosen, all_of([*operands[:position], instead, *operands[position + 1 :]])
+        case Apply(operator="implies", operands=(premise, conclusion)):
+            for chosen, instead in _taken(conclusion):
+                yield chosen, all_of([premise, instead])
+        case core.If(type=core.BoolType(), test=test):
+            for chosen, instead in _taken(term.then):
+                yield chosen, all_of([test, instead])
+            for chosen, instead in _taken(term.otherwise):
+                yield chosen, all_of([negation(test), instead])
 
 
 # --- guards ----------------------------------------------------------------------------------------------------------

@@ -44,6 +44,8 @@ def inputs_usable(prover: Prover, report: Report, operation: Operation) -> Itera
             continue
         variable = parameter_variable(parameter)
         for value in values:
+            if _declared_away(operation, variable, value):
+                continue
             parts = [*situation.step(operation), Part(equal(variable, value), "input")]
             answer = prover.find(parts, situation.shown(operation))
             lines = prover.lines(parts) if isinstance(answer, Impossible) else ()
@@ -56,6 +58,19 @@ def inputs_usable(prover: Prover, report: Report, operation: Operation) -> Itera
                 lines=lines,
                 span=parameter.span,
             )
+
+
+def _declared_away(operation: Operation, variable: Variable, value: Term) -> bool:
+    """Whether the operation's own declaration of a parameter leaves a value of its channel out."""
+    for term in (*operation.guard, *operation.effect):
+        match term:
+            case Apply(operator="in", operands=(Variable() as subject, _)) if (subject.name, subject.role) == (
+                variable.name,
+                variable.role,
+            ):
+                if is_false(simplified(substitute(term, {(variable.name, variable.role): value}))):
+                    return True
+    return False
 
 
 def values_of_carrier(carrier: Term, specification: core.Specification) -> list[Term] | None:

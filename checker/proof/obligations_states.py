@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from fractions import Fraction
 
@@ -22,12 +22,14 @@ from cspcheck.checker.proof.terms import (
     integer,
     quantified,
     substitute,
+    variables_of,
 )
 from cspcheck.cspm.oz.core import (
     REAL,
     Apply,
     Constant,
     Construct,
+    Declared,
     FreeType,
     Operation,
     SetType,
@@ -77,17 +79,23 @@ def initialisation(prover: Prover, report: Report) -> Iterator[Finding]:
 
 
 def initial_invariant(prover: Prover, report: Report) -> Iterator[Finding]:
-    """``Init => Inv``, carriers assumed; for secondary variables it is enough that they can have values."""
+    """``Init => Inv``, carriers assumed.
+
+    For secondary variables, and others of which INIT says nothing, it is enough that they can have values.
+    """
     situation = prover.situation
     if situation.model.initial is None:
         return
+    spoken = {name for name, _ in variables_of(part.term for part in situation.initial())}
+    following = [d for d in situation.variables if d in situation.model.secondary or d.name not in spoken]
+    leading = [d for d in situation.variables if d not in following]
     premises = [
-        *situation.carriers("before", situation.model.primary),
-        *[part for part in situation.initial() if not _about_secondary(prover, part)],
+        *situation.carriers("before", leading),
+        *[part for part in situation.initial() if not _about(part, following)],
     ]
-    shown = tuple(Variable(type=d.type, name=d.name, role="before") for d in situation.model.primary)
-    constraints = [part for part in situation.initial() if _about_secondary(prover, part)]
-    for goal in invariant_goals(prover, constraints):
+    shown = tuple(Variable(type=d.type, name=d.name, role="before") for d in leading)
+    constraints = [part for part in situation.initial() if _about(part, following)]
+    for goal in invariant_goals(prover, constraints, following):
         answer = prover.refutes(premises, goal.term, shown)
         yield report.universal(
             answer,
@@ -98,31 +106,33 @@ def initial_invariant(prover: Prover, report: Report) -> Iterator[Finding]:
         )
 
 
-def invariant_goals(prover: Prover, constraints: list[Part]) -> Iterator[Part]:
-    """The invariant as goals over the state before: each conjunct without secondary variables, and one for the rest.
+def invariant_goals(
+    prover: Prover, constraints: list[Part], following: Iterable[Declared] | None = None
+) -> Iterator[Part]:
+    """The invariant as goals over the state before: each conjunct without *following* variables, and one for the rest.
 
-    Secondary variables follow the others: it is enough that they can have values, those that *constraints* allow.
+    Those (by default the secondary ones) follow the others: it is enough that they can have values, those that
+    *constraints* allow.
     """
     situation = prover.situation
-    with_secondary: list[Part] = list(constraints)
+    following = tuple(situation.model.secondary if following is None else following)
+    about_them: list[Part] = list(constraints)
     for part in situation.invariant():
-        if _about_secondary(prover, part):
-            with_secondary.append(part)
+        if _about(part, following):
+            about_them.append(part)
         else:
             yield Part(part.term, f"`{text(part.term)}`", part.span)
-    if not with_secondary:
+    if not about_them:
         return
-    unknowns = [
-        Unknown(Variable(type=d.type, name=d.name, role="before"), d.carrier) for d in situation.model.secondary
-    ]
+    unknowns = [Unknown(Variable(type=d.type, name=d.name, role="before"), d.carrier) for d in following]
     binders, table = bound_by(unknowns)
-    body: Term = all_of(substitute(part.term, table) for part in with_secondary)
-    names = ", ".join(f"`{d.name}`" for d in situation.model.secondary)
-    yield Part(quantified("exists", binders, TRUE, body), f"values for {names}", with_secondary[-1].span)
+    body: Term = all_of(substitute(part.term, table) for part in about_them)
+    names = ", ".join(f"`{d.name}`" for d in following)
+    yield Part(quantified("exists", binders, TRUE, body), f"values for {names}", about_them[-1].span)
 
 
-def _about_secondary(prover: Prover, part: Part) -> bool:
-    return speaks_of(part, [(name, "before") for name in prover.situation.secondary_keys])
+def _about(part: Part, variables: Iterable[Declared]) -> bool:
+    return speaks_of(part, [(d.name, "before") for d in variables])
 
 
 def no_blocked_control_state(prover: Prover, report: Report) -> Iterator[Finding]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import replace
 
 from cspcheck.checker.proof.finding import Finding, Severity, Status
 from cspcheck.checker.proof.question import Answer, Found, Impossible, NotUpTo, Part, Question, Settings, Unanswered
@@ -169,8 +168,3 @@ def _told(found: Found) -> dict[str, object]:
 def values_of(found: Found) -> dict[str, str]:
     """The values as texts by the names that the specification uses; internal variables left out."""
     return {written(variable): text(value) for variable, value in found.values.items() if variable.role != "bound"}
-
-
-def retitled(finding: Finding, subject: str) -> Finding:
-    """The finding about something else."""
-    return replace(finding, subject=subject)

@@ -2,17 +2,19 @@ r"""The rules of the operators whose operands step together: ``[|A|]``, ``[A||B]
 
 Termination of the parallel operators is distributed (Roscoe 2010, section 6.2): an operand that can tick moves to
 ``SKIP`` by a tau, and the whole ticks when all its operands have. An operand whose only transition is tick counts
-as terminated already, since the tau would change no behaviour and double the states.
+as terminated already, since the tau would change no behaviour and double the states. And an operand that can tick and
+lets time pass (it offers a clock of the operator) *waits*: it keeps all that it can do, so that time does not stop for
+the others, and the whole can tick when all its operands have terminated or wait.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import product
 from typing import Any
 
 from cspcheck.checker.semantics.steps import Row, State, Step
-from cspcheck.cspm.process.events import TAU, TICK
+from cspcheck.cspm.process.events import TAU, TICK, EventSet
 from cspcheck.cspm.process.terms import (
     SKIP,
     TERMINATED,
@@ -32,6 +34,19 @@ Offers = dict[int, dict[int, list[Process]]]
 def has_terminated(row: Row) -> bool:
     """Whether an operand with these transitions counts as terminated: it can tick and do nothing else."""
     return len(row) == 1 and row[0][0] == TICK
+
+
+def waits(row: Iterable[tuple[int, object]], clocks: EventSet) -> bool:
+    """Whether an operand with these transitions can tick and lets time pass until the others can, too."""
+    if not clocks:
+        return False
+    events = {event for event, _ in row}
+    return TICK in events and any(event in clocks for event in events)
+
+
+def is_ready(row: Row, clocks: EventSet) -> bool:
+    """Whether an operand does not keep the whole from ticking."""
+    return has_terminated(row) or waits(row, clocks)
 
 
 def _replaced(operands: Operands, i: int, operand: Process) -> Operands:
@@ -55,49 +70,57 @@ def _together(operands: Operands, participants: Sequence[int], offers: dict[int,
 def _alone(
     operands: Operands,
     rows: list[Row],
+    clocks: EventSet,
     shared: Callable[[int, int], bool],
     rebuild: Callable[[Operands], Process],
 ) -> tuple[list[Step], Offers]:
     """What the operands of a parallel operator do on their own, and what they offer to do together.
 
-    *shared(i, event)* tells whether operand *i* leaves the event to the operator.
+    The tick of the whole is among the first. *shared(i, event)* tells whether operand *i* leaves the event to the
+    operator.
     """
     steps: list[Step] = []
     offers: Offers = {}
+    everyone_is_ready = True
     for i, row in enumerate(rows):
         if has_terminated(row):
             continue
+        waiting = waits(row, clocks)
+        everyone_is_ready = everyone_is_ready and waiting
         for event, after in row:
             if event == TICK:
-                steps.append((TAU, rebuild(_replaced(operands, i, SKIP))))
+                if not waiting:
+                    steps.append((TAU, rebuild(_replaced(operands, i, SKIP))))
             elif event != TAU and shared(i, event):
                 offers.setdefault(event, {}).setdefault(i, []).append(after)
             else:
                 steps.append((event, rebuild(_replaced(operands, i, after))))
+    if everyone_is_ready:
+        steps.append((TICK, TERMINATED))
     return steps, offers
 
 
 def _parallel(state: State, p: Parallel, rows: list[Row]) -> list[Step]:
-    if all(map(has_terminated, rows)):
-        return [(TICK, TERMINATED)]
-    events = p.events
-    steps, offers = _alone(p.operands, rows, lambda i, event: event in events, lambda q: Parallel(events, q))
+    events, clocks = p.events, p.clocks
+
+    def rebuild(operands: Operands) -> Process:
+        return Parallel(events, operands, clocks)
+
+    steps, offers = _alone(p.operands, rows, clocks, lambda i, event: event in events, rebuild)
     everyone = range(len(rows))
     for event, by_operand in offers.items():
-        steps.extend((event, Parallel(events, after)) for after in _together(p.operands, everyone, by_operand))
+        steps.extend((event, rebuild(after)) for after in _together(p.operands, everyone, by_operand))
     return steps
 
 
 def _alphabetised(state: State, p: AlphabetisedParallel, rows: list[Row]) -> list[Step]:
     """An operand performs nothing outside its alphabet."""
-    if all(map(has_terminated, rows)):
-        return [(TICK, TERMINATED)]
-    alphabets = p.alphabets
+    alphabets, clocks = p.alphabets, p.clocks
 
     def rebuild(operands: Operands) -> Process:
-        return AlphabetisedParallel(alphabets, operands)
+        return AlphabetisedParallel(alphabets, operands, clocks)
 
-    steps, offers = _alone(p.operands, rows, lambda i, event: True, rebuild)
+    steps, offers = _alone(p.operands, rows, clocks, lambda i, event: True, rebuild)
     for event, by_operand in offers.items():
         participants = [i for i, alphabet in enumerate(alphabets) if event in alphabet]
         if participants:
@@ -106,15 +129,13 @@ def _alphabetised(state: State, p: AlphabetisedParallel, rows: list[Row]) -> lis
 
 
 def _linked(state: State, p: LinkedParallel, rows: list[Row]) -> list[Step]:
-    if all(map(has_terminated, rows)):
-        return [(TICK, TERMINATED)]
     operands = (p.left, p.right)
     linked = ({a for a, _ in p.links}, {b for _, b in p.links})
 
     def rebuild(after: Operands) -> Process:
-        return LinkedParallel(after[0], p.links, after[1])
+        return LinkedParallel(after[0], p.links, after[1], p.clocks)
 
-    steps, offers = _alone(operands, rows, lambda i, event: event in linked[i], rebuild)
+    steps, offers = _alone(operands, rows, p.clocks, lambda i, event: event in linked[i], rebuild)
     for a, b in p.links:
         lefts, rights = offers.get(a, {}).get(0, ()), offers.get(b, {}).get(1, ())
         steps.extend((TAU, rebuild(after)) for after in product(lefts, rights))

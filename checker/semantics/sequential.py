@@ -62,7 +62,9 @@ def _run(state: State, p: Run, rows: list[Row]) -> list[Step]:
 
 
 def _chaos(state: State, p: Chaos, rows: list[Row]) -> list[Step]:
-    return [(TAU, STOP), *((event, p) for event in _listed(p.events))]
+    if not p.events:
+        return [(TAU, STOP)]
+    return [(TAU, STOP), (TAU, Prefix(tuple([(event, p) for event in _listed(p.events)])))]
 
 
 def _listed(events: EventSet) -> EventSet:

@@ -15,6 +15,7 @@ from cspcheck import __version__
 VERBS = {
     "check": "Check the assertions of scripts (the default).",
     "sweep": "Check scripts for several values of their constants.",
+    "mutate": "Say which changes of a script no assertion notices.",
     "typecheck": "Read scripts and check their names and types.",
     "prove": "Prove the obligations of classes, or compute a precondition.",
     "fmt": "Print scripts in the standard layout, or rewrite them.",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import click
@@ -26,6 +27,7 @@ from cspcheck.cli.options import (
 @assert_option
 @script_options
 @limit_options
+@click.option("--coverage", is_flag=True, help="Say what never happens in a check that passes.")
 @manner_options
 def command(**options: Any) -> None:
     """Check every assertion of every script.
@@ -42,7 +44,7 @@ def command(**options: Any) -> None:
     verbosity = options["verbose"] - options["quiet"]
     with output_to(options["output"]) as output:
         session = Session(
-            settings(options, definitions(options)),
+            replace(settings(options, definitions(options)), coverage=options["coverage"]),
             report(options["form"], output.write, style_for(output.stream, options["color"]), verbosity),
             patterns=[Pattern(text) for text in options["patterns"]],
             color=options["color"],

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 from cspcheck.checker.verdict import Verdict
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.quantities import count, show_seconds
+from cspcheck.report.coverage import coverage_lines
 from cspcheck.report.diagnostics import render_diagnostic
 from cspcheck.report.explanation import Detail, explanation
 from cspcheck.report.style import PLAIN, Style, columns, harmless, wrapped
@@ -110,6 +111,8 @@ def _below(result: Result, style: Style, verbosity: int) -> list[str]:
     """
     condition = [style.paint(line, "dim") for line in condition_lines(result)]
     remarks = [line for remark in result.remarks for line in wrapped(f"note: {harmless(remark)}", style.width - 2)]
+    if result.coverage is not None:
+        remarks += coverage_lines(result.coverage, style)
     if result.verdict is Verdict.PASS and result.as_expected and verbosity <= 0:
         return [*condition, *remarks]
     detail: Detail = "whole" if verbosity > 0 else "sentence" if result.as_expected else "folded"

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from cspcheck.checker.verdict import BrokenObligation, Counterexample
+from cspcheck.coverage import Coverage
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.result import Result, Summary
 
@@ -114,7 +115,28 @@ def _condition(result: Result) -> dict[str, Any]:
         found["readings"] = list(result.readings)
     if result.control:
         found["view"] = "control"
+    if result.coverage is not None:
+        found["coverage"] = coverage_object(result.coverage)
     return found
+
+
+def coverage_object(coverage: Coverage) -> dict[str, Any]:
+    """What never happened as the schema writes it."""
+    return {
+        "prefixes": coverage.prefixes,
+        "performed": coverage.performed,
+        "never": [
+            {
+                "kind": never.kind,
+                "text": never.text,
+                "why": never.why,
+                "file": never.file or None,
+                "line": never.line or None,
+                "column": never.column or None,
+            }
+            for never in coverage.never
+        ],
+    }
 
 
 def counterexample_object(counterexample: Counterexample) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
 from cspcheck.cspm.evaluator.builtins import Builtin
@@ -288,7 +288,7 @@ def _elem(value: Any, sequence: Any) -> Boolean:
 
 @builtin("mapFromList", "v")
 def _map_from_list(pairs: Any) -> Map:
-    return _updated({}, pairs)
+    return _updated({}, as_sequence(pairs).items())
 
 
 @builtin("mapToList", "v")
@@ -320,11 +320,12 @@ def _map_update(mapping: Any, key: Any, value: Any) -> Map:
 
 @builtin("mapUpdateMultiple", "vv")
 def _map_update_multiple(mapping: Any, pairs: Any) -> Map:
-    return _updated(dict(as_map(mapping).entries), pairs)
+    # As in FDR the first of several values for one key is the one that stays; in `mapFromList` it is the last.
+    return _updated(dict(as_map(mapping).entries), reversed(as_sequence(pairs).items()))
 
 
-def _updated(entries: dict[Any, Any], pairs: Any) -> Map:
-    for pair in as_sequence(pairs).items():
+def _updated(entries: dict[Any, Any], pairs: Iterable[Any]) -> Map:
+    for pair in pairs:
         key, value = as_pair(pair)
         entries[deep(force(key))] = value
     return Map(entries)

@@ -7,7 +7,7 @@ from typing import Any
 
 from cspcheck.cspm.evaluator.builtins import Builtin
 from cspcheck.cspm.evaluator.builtins_data import DATA, as_pair, as_sequence, as_set
-from cspcheck.cspm.prelude import TRANSPARENT
+from cspcheck.cspm.prelude import DEPRECATED_IMPORTS, TRANSPARENT
 from cspcheck.cspm.process import terms as process
 from cspcheck.cspm.process.terms import Process
 from cspcheck.cspm.values import messages as messages
@@ -47,7 +47,13 @@ def builtins_for(channels: Channels) -> dict[str, Any]:
 
 
 def all_events(channels: Channels) -> Set:
-    """``Events``; where a channel has an infinite field, a set that can only be tested."""
+    """``Events``; where a channel has an infinite field, a set that can only be tested.
+
+    Raises:
+        Failure: the events of some channel cannot be told.
+    """
+    if channels.broken:
+        raise Failure(channels.broken[0].diagnostic)
     if any(channel.size is None for channel in channels.table.channels):
         return AllEvents()
     return EventsSet.of(channels.table.all_events(), channels)
@@ -79,7 +85,8 @@ def _run(events: Any) -> Process:
 
 
 def _compression(name: str) -> Callable[[Process], Process]:
-    return lambda p: process.Compressed(name, p)
+    called = DEPRECATED_IMPORTS.get(name, name)
+    return lambda p: process.Compressed(called, p)
 
 
 def _chase(name: str) -> Callable[[Process], Process]:

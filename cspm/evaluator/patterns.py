@@ -315,6 +315,15 @@ def flat_dots(pattern: syntax.Pattern) -> list[syntax.Pattern]:
     return [pattern]
 
 
+def _width(pattern: syntax.Pattern) -> int:
+    """How many parts of a dotted value *pattern* stands for where others follow: ``(x.y) @@ (a.b.c)`` for three."""
+    while isinstance(pattern, syntax.ParenPattern):
+        pattern = pattern.inner
+    if isinstance(pattern, syntax.BothPattern):
+        return max(_width(pattern.left), _width(pattern.right))
+    return sum(map(_width, flat_dots(pattern))) if isinstance(pattern, syntax.DotPattern) else 1
+
+
 def _spread(value: Any) -> tuple[Any, ...]:
     """What stands side by side in a value, a channel or constructor in front of its fields."""
     if type(value) is DotList:
@@ -330,14 +339,14 @@ def _spread(value: Any) -> tuple[Any, ...]:
 
 def _dots(evaluator: Evaluator, pattern: syntax.DotPattern, frame: Frame) -> tuple[Matcher, Frame]:
     """Parts match from the left: a constructor or channel by name, its fields behind it; the last takes the rest."""
-    steps: list[tuple[Callable[[], Head] | None, Matcher | None]] = []
+    steps: list[tuple[Callable[[], Head] | None, Matcher | None, int]] = []
     flat = flat_dots(pattern)
     for item in flat:
         if isinstance(item, syntax.NamePattern) and not is_variable(evaluator, item):
-            steps.append((_head(evaluator, item, frame), None))
+            steps.append((_head(evaluator, item, frame), None, 1))
         else:
             matcher, frame = compile_pattern(evaluator, item, frame, evaluated=True)
-            steps.append((None, matcher))
+            steps.append((None, matcher, _width(item)))
     last = len(steps) - 1
 
     def match(env: Env, value: Any) -> Env | None:
@@ -347,7 +356,7 @@ def _dots(evaluator: Evaluator, pattern: syntax.DotPattern, frame: Frame) -> tup
             return None
         remaining.reverse()
         found: Env | None = env
-        for i, (head, matcher) in enumerate(steps):
+        for i, (head, matcher, width) in enumerate(steps):
             if not remaining:
                 return None
             part = remaining.pop()
@@ -367,6 +376,8 @@ def _dots(evaluator: Evaluator, pattern: syntax.DotPattern, frame: Frame) -> tup
             if i == last and remaining:
                 part = DotList((part, *reversed(remaining)))
                 remaining.clear()
+            elif width > 1:
+                part = DotList((part, *[remaining.pop() for _ in range(min(width - 1, len(remaining)))]))
             found = matcher(found, part)
             if found is None:
                 return None

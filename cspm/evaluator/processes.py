@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any
 
 from cspcheck.cspm.evaluator.comprehensions import collect_processes
@@ -65,8 +66,8 @@ def _binary(evaluator: Evaluator, node: syntax.ProcessBinary, frame: Frame) -> P
                 return lambda env: process.SynchronisingChoice(tocks(timing), operands(env))
             return lambda env: process.external_choice(operands(env))
         if timing is not None:
-            return lambda env: _parallel(tocks(timing), operands(env))
-        return lambda env: _parallel(NO_EVENTS, operands(env))
+            return lambda env: _parallel(evaluator, tocks(timing), operands(env))
+        return lambda env: _parallel(evaluator, NO_EVENTS, operands(env))
     left = evaluator.process(node.left, frame)
     right = evaluator.process(node.right, frame)
     match node.operator:
@@ -80,7 +81,7 @@ def _binary(evaluator: Evaluator, node: syntax.ProcessBinary, frame: Frame) -> P
             return lambda env: process.Interrupt(left(env), right(env))
 
 
-def _parallel(events: EventSet, operands: tuple[Process, ...]) -> Process:
+def _parallel(evaluator: Evaluator, events: EventSet, operands: tuple[Process, ...]) -> Process:
     """Parallel composition on one set of events is associative: what is composed in place becomes one level."""
     if any(type(operand) is process.Parallel and operand.events == events for operand in operands):
         flat: list[Process] = []
@@ -90,7 +91,7 @@ def _parallel(events: EventSet, operands: tuple[Process, ...]) -> Process:
             else:
                 flat.append(operand)
         operands = tuple(flat)
-    return process.Parallel(events, operands)
+    return process.Parallel(events, operands, evaluator.channels.table.clocks)
 
 
 def _with_tock(events: Callable[[Env], EventSet], frame: Frame) -> Callable[[Env], EventSet]:
@@ -110,7 +111,7 @@ def _synchronised(evaluator: Evaluator, node: syntax.Synchronised, frame: Frame)
     events = _with_tock(written, frame)
     match node.operator:
         case "[|":
-            return lambda env: _parallel(events(env), (left(env), right(env)))
+            return lambda env: _parallel(evaluator, events(env), (left(env), right(env)))
         case "[+":
             return lambda env: process.SynchronisingChoice(events(env), (left(env), right(env)))
         case "/+":
@@ -128,7 +129,8 @@ def _alphabetised(evaluator: Evaluator, node: syntax.AlphabetisedParallel, frame
     right_events = _with_tock(evaluator.events(node.right_alphabet, frame), frame)
 
     def run(env: Env) -> Process:
-        return process.AlphabetisedParallel((left_events(env), right_events(env)), (left(env), right(env)))
+        alphabets = (left_events(env), right_events(env))
+        return process.AlphabetisedParallel(alphabets, (left(env), right(env)), evaluator.channels.table.clocks)
 
     return run
 
@@ -229,6 +231,10 @@ def _links(evaluator: Evaluator, found: list[tuple[int, int]], span: Span) -> tu
     return links
 
 
+def _link(evaluator: Evaluator, left: Process, pairs: list[tuple[int, int]], right: Process, span: Span) -> Process:
+    return process.LinkedParallel(left, _links(evaluator, pairs, span), right, evaluator.channels.table.clocks)
+
+
 @PROCESSES(syntax.LinkedParallel)
 @VALUES(syntax.LinkedParallel)
 def _linked(evaluator: Evaluator, node: syntax.LinkedParallel, frame: Frame) -> ProcessCode:
@@ -236,7 +242,7 @@ def _linked(evaluator: Evaluator, node: syntax.LinkedParallel, frame: Frame) -> 
     right = evaluator.process(node.right, frame)
     pairs = _pairs(evaluator, node.links, node.statements, frame)
     span = node.span
-    return lambda env: process.LinkedParallel(left(env), _links(evaluator, pairs(env), span), right(env))
+    return lambda env: _link(evaluator, left(env), pairs(env), right(env), span)
 
 
 # --- replicated operators ------------------------------------------------------------------------------------
@@ -280,7 +286,7 @@ def _replicated(evaluator: Evaluator, node: syntax.Replicated, frame: Frame) -> 
         case _:
             events = (lambda env: NO_EVENTS) if timing is None else (lambda env: tocks(timing))
     nothing: ProcessCode = (lambda env: process.SKIP) if timing is None else stop
-    return _joined(events, operands, _parallel, nothing)
+    return _joined(events, operands, partial(_parallel, evaluator), nothing)
 
 
 def _joined(
@@ -337,7 +343,7 @@ def _replicated_links(evaluator: Evaluator, node: syntax.Replicated, frame: Fram
         result: Process = found.pop()[0]
         while found:
             left, pairs = found.pop()
-            result = process.LinkedParallel(left, _links(evaluator, pairs(), span), result)
+            result = _link(evaluator, left, pairs(), result, span)
         return result
 
     return chain
@@ -360,6 +366,6 @@ def _replicated_alphabetised(evaluator: Evaluator, node: syntax.Replicated, fram
         if not found:
             return process.SKIP if timing is None else timed_stop(timing)
         alphabets, operands = zip(*found, strict=True)
-        return process.AlphabetisedParallel(tuple(alphabets), tuple(operands))
+        return process.AlphabetisedParallel(tuple(alphabets), tuple(operands), evaluator.channels.table.clocks)
 
     return run

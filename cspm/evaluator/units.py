@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from cspcheck.cspm.evaluator.frames import Frame, Timing
@@ -16,6 +17,8 @@ from cspcheck.cspm.evaluator.patterns import compile_pattern
 from cspcheck.cspm.evaluator.routines import Routine
 from cspcheck.cspm.naming.patterns import variables
 from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
+from cspcheck.cspm.process.events import EventSet
+from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.values import messages as messages
 from cspcheck.cspm.values.dots import ChannelHead, Constructor, Head
@@ -83,6 +86,8 @@ class Declarations:
         """All channels, in the order in which they are numbered."""
         self.prints: list[tuple[syntax.PrintDeclaration, Frame]] = []
         self.assertions: list[tuple[syntax.AssertDeclaration, Frame]] = []
+        self._clocks: list[ChannelHead] = []
+        self._clock_symbols = evaluator.names.clocks
         self._types: list[DatatypeSet] = []
         self._instances: deque[tuple[Unit, Unit, syntax.InstanceDeclaration, str]] = deque()
         self._made = 0
@@ -95,16 +100,19 @@ class Declarations:
             self._instantiate(*self._instances.popleft())
         return top
 
-    def settle(self) -> None:
+    def settle(self) -> list[Failure]:
         """Evaluate the fields of all channels and datatypes; the channels' events get their numbers.
 
-        Raises:
-            Failure: the type of a field is wrong.
+        What is wrong with one stops only those who need it: the failures are returned. ``Events`` needs all channels.
         """
+        broken = self.evaluator.channels.broken
         for head in self.channels:
-            _ = head.declared
+            broken += _attempt(partial(getattr, head, "declared"), head.span)
+        found = list(broken)
+        self.evaluator.channels.table.clocks = EventSet.of(clock.value.number for clock in self._clocks)
         for datatype in self._types:
-            _ = datatype.branches
+            found += _attempt(partial(getattr, datatype, "branches"), None)
+        return found
 
     def _declare(self, declarations: Sequence[syntax.Declaration], frame: Frame, prefix: str) -> None:
         names = self.evaluator.names
@@ -121,6 +129,8 @@ class Declarations:
                         head = self._channel(name, declaration.fields, frame, prefix)
                         self.channels.append(head)
                         things[names.symbol(name)] = head
+                        if self._is_clock(name, declaration, prefix):
+                            self._clocks.append(head)
                 case syntax.DatatypeDeclaration():
                     self._datatype(declaration, frame, prefix)
                 case syntax.NametypeDeclaration():
@@ -164,6 +174,11 @@ class Declarations:
         frame = Frame.outermost(unit)
         self._declare(module.private, frame, prefix)
         self._declare(module.exported, frame, prefix)
+
+    def _is_clock(self, name: syntax.NameDeclaration, declaration: syntax.ChannelDeclaration, prefix: str) -> bool:
+        """Whether a channel is the clock of a Timed section, or would be that of one at the top of the script."""
+        at_the_top = name.name == "tock" and declaration.fields is None and not prefix
+        return at_the_top or self.evaluator.names.symbol(name) in self._clock_symbols
 
     def _channel(
         self, name: syntax.NameDeclaration, fields: syntax.Expr | None, frame: Frame, prefix: str
@@ -229,6 +244,18 @@ class Declarations:
                 raise
 
         return Thunk(evaluate, ())
+
+
+def _attempt(work: Callable[[], Any], span: Span | None) -> list[Failure]:
+    """The failure of *work*, if it fails."""
+    try:
+        work()
+    except Failure as failure:
+        return [failure.at(span)]
+    except RecursionError as deep:
+        deep.__traceback__ = None
+        return [Failure(messages.too_deep(span), is_limit=True)]
+    return []
 
 
 def timing(evaluator: Evaluator, section: syntax.TimedDeclaration, frame: Frame) -> Timing:

@@ -358,3 +358,59 @@ def input_matches_nothing(span: Span, pattern: str, channel: str, expected: obje
         Severity.WARNING,
         annotation=f"matches nothing in {expected!r}",
     )
+
+
+@mistake(
+    "CSP222",
+    "a function imported twice",
+    explanation="`transparent` and `external` declare the names that they import, and a scope declares a name once. "
+    "What is imported at the top of a script can be used everywhere in it.",
+    example="transparent normal, normal",
+    repair="transparent normal",
+)
+def imported_twice(name: str, first: Span, second: Span) -> Diagnostic:
+    """The same function imported again in one scope."""
+    return Diagnostic(
+        "CSP222",
+        f"`{name}` is imported twice",
+        second,
+        annotation="imported again here",
+        labels=(Label(first, "first imported here"),),
+        help="leave one of the two out",
+    )
+
+
+@mistake(
+    "CSP223",
+    "a parameter of a module is defined again in it",
+    explanation="The definition would hide the argument of every instance.",
+    example="module M(n)\nn = 0\nexports\nP = STOP\nendmodule\ninstance I = M(1)",
+    repair="module M(n)\nm = 0\nexports\nP = STOP\nendmodule\ninstance I = M(1)",
+)
+def parameter_redefined(name: str, module: str, parameter: Span, again: Span) -> Diagnostic:
+    """A declaration inside a module that has the name of a parameter."""
+    return Diagnostic(
+        "CSP223",
+        f"`{name}` is a parameter of `{module}` and is defined in it again",
+        again,
+        labels=(Label(parameter, "the parameter"),),
+        help="rename one of them",
+    )
+
+
+@mistake(
+    "CSP224",
+    "an import that has another name today",
+    explanation="`normalise` is what FDR2 called `normal`. It works here; FDR4 refuses it.",
+    example="transparent normalise\nP = normalise(STOP)",
+    repair="transparent normal\nP = normal(STOP)",
+)
+def deprecated_import(name: str, instead: str, span: Span) -> Diagnostic:
+    """An import by a name that FDR4 no longer has."""
+    return Diagnostic(
+        "CSP224",
+        f"`{name}` is called `{instead}` today",
+        span,
+        Severity.WARNING,
+        help=f"import and use `{instead}`: FDR4 refuses `{name}`",
+    )

@@ -8,15 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any, Final, TypeAlias
 
-from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
+from cspcheck.cspm.diagnostics import Diagnostic, ScriptError, Severity
 from cspcheck.cspm.naming import messages as messages
 from cspcheck.cspm.naming.modules import declared_names, flatten, module_cycles
 from cspcheck.cspm.naming.patterns import doubles, variables
 from cspcheck.cspm.naming.scopes import BUILTIN_SYMBOLS, MATCHED, MODULES, Lookup, NotFound, Scope
 from cspcheck.cspm.naming.symbols import Names, Symbol, SymbolKind
-from cspcheck.cspm.prelude import EXTERNAL, TRANSPARENT
+from cspcheck.cspm.prelude import DEPRECATED_IMPORTS, EXTERNAL, TRANSPARENT
 from cspcheck.cspm.recursion import deep_recursion
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.spelling import suggestions
@@ -149,8 +150,9 @@ class _Resolver:
             if isinstance(declaration, syntax.PatternDefinition):
                 pattern = _unwrap(declaration.pattern)
                 for node in variables(pattern):
-                    simple = node is pattern
-                    if len(node.parts) == 1 and (simple or not self._matches_itself(node, scope)):
+                    # What is declared beside it cannot be defined again; what is declared around it is a constant.
+                    again = node is pattern and node.parts[0] in scope.names
+                    if len(node.parts) == 1 and (again or not self._matches_itself(node, scope)):
                         symbol = add(order, node.text, SymbolKind.VALUE, node.span, declaration)
                         self.names._record(node, symbol)
         for twice, places in spans.items():
@@ -180,7 +182,12 @@ class _Resolver:
             symbol = BUILTIN_SYMBOLS[name.name]
             self.names._record(name, symbol)
             if scope.names.get(name.name) is symbol:
-                continue  # importing again, in an included file say, changes nothing
+                self.report(messages.imported_twice(name.name, spans[name.name][0][1], name.span))
+                continue
+            if name.name in DEPRECATED_IMPORTS:
+                self.names.warnings.append(
+                    messages.deprecated_import(name.name, DEPRECATED_IMPORTS[name.name], name.span)
+                )
             spans.setdefault(name.name, []).append((order, name.span, False))
             scope.names.setdefault(name.name, symbol)
 
@@ -194,6 +201,10 @@ class _Resolver:
         symbol.parameters = tuple(outer.names.values())
         inner = Scope(outer, symbol, timed=scope.timed)
         self._declare((*module.private, *module.exported), inner)
+        for parameter in symbol.parameters:
+            again = inner.names.get(parameter.name)
+            if again is not None and again.span is not None and parameter.span is not None:
+                self.report(messages.parameter_redefined(parameter.name, symbol.name, parameter.span, again.span))
         symbol.members.update(inner.names)
         exported = Scope(None, symbol)
         for declaration in flatten(module.exported):
@@ -229,6 +240,14 @@ class _Resolver:
                 symbol = Symbol(name, SymbolKind.VARIABLE, node.span, node, owner=scope.module, is_local=local)
                 scope.names[name] = symbol
                 self.names._record(node, symbol)
+
+    def _bound_once(self, scope: Scope, bound: dict[str, Span], where: str) -> None:
+        """Note where *scope* binds its variables, none of which may be in *bound* already."""
+        for name, symbol in scope.names.items():
+            assert symbol.span is not None
+            if name in bound:
+                self.report(messages.bound_twice(name, bound[name], symbol.span, where))
+            bound[name] = symbol.span
 
     def _constructor(self, node: syntax.NamePattern, scope: Scope) -> bool:
         """Tie a name in a pattern that is no variable; False for a variable."""
@@ -371,11 +390,7 @@ class _Resolver:
                     self.report(messages.double_pattern_in_prefix(double.span))
                 inner = scope.within()
                 self._bind((field.pattern,), inner, "prefix")
-                for name, symbol in inner.names.items():
-                    assert symbol.span is not None
-                    if name in bound:
-                        self.report(messages.bound_twice(name, bound[name], symbol.span, "prefix"))
-                    bound[name] = symbol.span
+                self._bound_once(inner, bound, "prefix")
                 scope = inner
         self.visit(node.body, scope)
 
@@ -433,11 +448,13 @@ class _Resolver:
 
     def _statements(self, statements: Iterable[syntax.Statement], scope: Scope) -> Scope:
         """Tie the statements in order; the scope behind the last one."""
+        bound: dict[str, Span] = {}
         for statement in statements:
             if isinstance(statement, syntax.Generator):
                 self.visit(statement.source, scope)
                 scope = scope.within()
                 self._bind((statement.pattern,), scope, "pattern")
+                self._bound_once(scope, bound, "list of generators")
             else:
                 assert isinstance(statement, syntax.Qualifier)
                 self.visit(statement.condition, scope)
@@ -461,13 +478,9 @@ class _Resolver:
 
     @TIES(syntax.PatternDefinition)
     def _visit_patterndefinition(self, node: syntax.PatternDefinition, scope: Scope) -> None:
-        pattern = _unwrap(node.pattern)
-        if not isinstance(pattern, syntax.NamePattern):
-            for name in variables(pattern):
-                if self.names.find(name) is None:
-                    self._constructor(name, scope)
-        elif len(pattern.parts) > 1:
-            self._constructor(pattern, scope)
+        for name in variables(node.pattern):
+            if self.names.find(name) is None:
+                self._constructor(name, scope)
         self.visit(node.body, scope)
 
     @TIES(syntax.ChannelDeclaration)
@@ -503,7 +516,15 @@ class _Resolver:
 
     @TIES(syntax.PrintDeclaration)
     def _visit_printdeclaration(self, node: syntax.PrintDeclaration, scope: Scope) -> None:
-        self.visit(node.expression, scope)
+        before = len(self.diagnostics)
+        with suppress(_TooMany):
+            self.visit(node.expression, scope)
+        found = self.diagnostics[before:]
+        if found:
+            # What is only printed stops nothing.
+            del self.diagnostics[before:]
+            self.names.warnings += [replace(diagnostic, severity=Severity.WARNING) for diagnostic in found]
+            self.names.unprintable.add(node.span)
 
     @TIES(syntax.ModuleDeclaration)
     def _visit_moduledeclaration(self, node: syntax.ModuleDeclaration, scope: Scope) -> None:

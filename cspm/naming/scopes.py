@@ -53,6 +53,16 @@ class Scope:
             return BUILTIN_SYMBOLS[name]
         return None
 
+    def find_module(self, name: str) -> Symbol | None:
+        """The innermost module or instance of that name."""
+        scope: Scope | None = self
+        while scope is not None:
+            symbol = scope.names.get(name)
+            if symbol is not None and symbol.kind in MODULES:
+                return symbol
+            scope = scope.parent
+        return None
+
     def known(self) -> Iterator[Symbol]:
         """Everything in scope that is not built in, innermost first."""
         scope: Scope | None = self
@@ -111,7 +121,10 @@ class Lookup:
         Raises:
             NotFound: nothing, or nothing that may be used here.
         """
-        symbol = scope.find(f"{parts[0]}%") if len(parts) > 1 else None  # the members of a class
+        symbol: Symbol | None = None
+        if len(parts) > 1:
+            # The members of a class, or a module: a variable of that name does not hide what is behind `::`.
+            symbol = scope.find(f"{parts[0]}%") or scope.find_module(parts[0])
         symbol = symbol or scope.find(parts[0])
         if symbol is None:
             raise NotFound(self._undefined(scope, parts, span))

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import Any
 
+from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
 
@@ -89,6 +90,9 @@ class Names:
         self._annotations: dict[Symbol, syntax.AnnotationDeclaration] = {}
         self._projections: dict[tuple[Symbol, Symbol], Symbol] = {}
         self._tocks: dict[int, Symbol] = {}
+        self.warnings: list[Diagnostic] = []
+        self.unprintable: set[Span] = set()
+        """Where the ``print`` declarations stand that are wrong; they are left out."""
         self._resolver: Any = None  # keeps the scopes, for what is written against the script later
         self.top_level: dict[str, Symbol] = {}
         """What the script itself declares, by name (modules' members are in their module)."""
@@ -121,6 +125,11 @@ class Names:
     def tock(self, section: syntax.TimedDeclaration) -> Symbol:
         """The channel ``tock`` of a Timed section."""
         return self._tocks[id(section)]
+
+    @property
+    def clocks(self) -> frozenset[Symbol]:
+        """The channels that Timed sections use as their ``tock``."""
+        return frozenset(self._tocks.values())
 
     def project(self, instance: Symbol, member: Symbol) -> Symbol:
         """*member*, declared in the module of *instance* or in a module inside it, as seen through *instance*.

@@ -17,7 +17,7 @@ from cspcheck.cspm.parsing import class_messages, messages as messages
 from cspcheck.cspm.parsing.declarations import Clauses, group
 from cspcheck.cspm.parsing.lexer import Tokens, property_words
 from cspcheck.cspm.parsing.patterns import BothExpr, WildcardExpr, to_pattern
-from cspcheck.cspm.parsing.precedence import Operator, Row, Signed, processes, values
+from cspcheck.cspm.parsing.precedence import PARALLEL, STEP, Head, Headed, Operator, Row, Signed, processes, values
 from cspcheck.cspm.parsing.types import Types
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as s
@@ -288,7 +288,7 @@ class Tree(Types):
         kind = self.tokens.kinds[token]
         return Operator("<" if kind == "LESS" else kind, self.tokens.span(token))
 
-    def process_row(self, span: Span, row: Row | s.Expr) -> s.Expr:
+    def process_row(self, span: Span, row: Row | Headed | s.Expr) -> s.Expr:
         return row if isinstance(row, s.Expr) else processes(row, self._refuse, self._only_pattern)
 
     def value_row(self, span: Span, row: Row | Signed | s.Expr) -> s.Expr:
@@ -312,14 +312,34 @@ class Tree(Types):
 
     # --- prefixes and guards ---------------------------------------------------------------------------------
 
-    def prefix(self, span: Span, channel: s.Expr, body: s.Expr) -> s.Prefix:
-        return s.Prefix(span=span, channel=channel, fields=(), body=body)
+    def prefix(self, span: Span, channel: s.Expr, body: s.Expr | Headed) -> s.Expr | Headed:
+        return self.prefix_with_fields(span, channel, [], body)
 
-    def prefix_with_fields(self, span: Span, channel: s.Expr, fields: list[s.Field], body: s.Expr) -> s.Prefix:
-        return s.Prefix(span=span, channel=channel, fields=tuple(fields), body=body)
+    def prefix_with_fields(
+        self, span: Span, channel: s.Expr, fields: list[s.Field], body: s.Expr | Headed
+    ) -> s.Expr | Headed:
+        def prefix(body: s.Expr) -> s.Prefix:
+            return s.Prefix(span=span.to(body.span), channel=channel, fields=tuple(fields), body=body)
 
-    def guard(self, span: Span, condition: s.Expr, body: s.Expr) -> s.Guard:
-        return s.Guard(span=span, condition=condition, body=body)
+        return _behind(Head("->", STEP, channel.span, prefix), body)
+
+    def guard(self, span: Span, condition: s.Expr, body: s.Expr | Headed) -> s.Expr | Headed:
+        def guard(body: s.Expr) -> s.Guard:
+            return s.Guard(span=span.to(body.span), condition=condition, body=body)
+
+        return _behind(Head("&", STEP, condition.span, guard), body)
+
+    def replicated_alphabetised_parallel(
+        self, span: Span, statements: list[s.Statement], alphabet: s.Expr, body: s.Expr | Headed
+    ) -> Headed:
+        def replicated(body: s.Expr) -> s.Replicated:
+            whole = span.to(body.span)
+            return s.Replicated(span=whole, operator="||", statements=tuple(statements), body=body, events=alphabet)
+
+        headed = body if isinstance(body, Headed) else Headed([], body)
+        sign = Span(span.source, span.start, span.start + len("||"))
+        headed.heads.append(Head("|| x : S @ [A]", PARALLEL, sign, replicated))
+        return headed
 
     def output(self, span: Span, expression: s.Expr) -> s.Field:
         return s.Field(span=span, kind="!", expression=expression)
@@ -354,11 +374,6 @@ class Tree(Types):
 
     def replicated_sequence(self, span: Span, statements: list[s.Statement], body: s.Expr) -> s.Replicated:
         return s.Replicated(span=span, operator=";", statements=tuple(statements), body=body)
-
-    def replicated_alphabetised_parallel(
-        self, span: Span, statements: list[s.Statement], alphabet: s.Expr, body: s.Expr
-    ) -> s.Replicated:
-        return s.Replicated(span=span, operator="||", statements=tuple(statements), body=body, events=alphabet)
 
     def replicated_interface_parallel(
         self, span: Span, events: s.Expr, statements: list[s.Statement], body: s.Expr
@@ -495,3 +510,11 @@ class Tree(Types):
 
 def _optional(statements: list[s.Statement] | None) -> tuple[s.Statement, ...] | None:
     return None if statements is None else tuple(statements)
+
+
+def _behind(head: Head, body: s.Expr | Headed) -> s.Expr | Headed:
+    """*body* behind one more head: a node, unless something to the right may belong to it."""
+    if isinstance(body, Headed):
+        body.heads.append(head)
+        return body
+    return head.around(body)

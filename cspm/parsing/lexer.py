@@ -176,7 +176,7 @@ Form = Literal["script", "expression", "assertion", "equations"]
 
 @dataclass(slots=True)
 class Tokens:
-    """The tokens of a text in parallel lists, its comments, and what was wrong with its characters.
+    """The tokens of a text in parallel lists, its comments, and what was wrong or odd about its characters.
 
     ``starts`` and ``ends`` are offsets into the text of ``source``. The last token has the kind ``$END``.
     """
@@ -187,6 +187,7 @@ class Tokens:
     ends: list[int] = field(default_factory=list)
     comments: list[tuple[int, int]] = field(default_factory=list)
     errors: list[Diagnostic] = field(default_factory=list)
+    remarks: list[Diagnostic] = field(default_factory=list)
 
     def text(self, index: int) -> str:
         """The characters of a token."""
@@ -276,7 +277,7 @@ def tokenise(
         begin, position = match.span(group)
         if group == 1:
             word = text[begin:position]
-            if word in KEYWORDS:
+            if word in KEYWORDS and (word != "print" or text[position : position + 1] in (" ", "\t")):
                 kind = word
             elif "::" in word:
                 kind = "QUALIFIED"
@@ -341,6 +342,8 @@ def tokenise(
             if kind == "<" and broken and context in _DECLARATION_CONTEXTS and previous in _DECLARATION_ENDS:
                 pass  # begins a declaration: a sequence pattern
             elif kind[0] == "<" and previous not in OPERAND_ENDS:
+                if kind == "<-":
+                    tokens.remarks.append(lexing.sequence_begins_with_minus(source.span(begin, position)))
                 position = begin + 1  # `<-1>`, `<=`: where an operand is due only a sequence can open
                 kind = "<"
             elif kind == "<":

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cspcheck.cspm.diagnostics import Diagnostic, mistake
+from cspcheck.cspm.diagnostics import Diagnostic, Severity, mistake
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.spelling import suggestions
 
@@ -307,3 +307,21 @@ __all__ = [
     "unknown_model",
     "unknown_property",
 ]
+
+
+@mistake(
+    "CSP136",
+    "a sequence that begins with a minus sign",
+    explanation="Here `<-1, 5>` is a sequence. FDR reads `<-` as the arrow of a generator, and refuses the script.",
+    example="s = <-1, 5>",
+    repair="s = < -1, 5>",
+)
+def sequence_begins_with_minus(span: Span) -> Diagnostic:
+    """``<-`` where a sequence must begin."""
+    return Diagnostic(
+        "CSP136",
+        "other tools read `<-` as the arrow of a generator",
+        span,
+        Severity.WARNING,
+        help="put a blank between `<` and `-`",
+    )

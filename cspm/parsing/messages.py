@@ -115,14 +115,15 @@ def wrong_closing_bracket(span: Span, opener: Span, wanted: str) -> Diagnostic:
     example="P = STOP [| {} |] STOP [| {} |] STOP",
     repair="P = (STOP [| {} |] STOP) [| {} |] STOP",
 )
-def chained_operator(span: Span, before: Span, first: str, second: str) -> Diagnostic:
-    """Two operators of the same strength that do not associate, side by side."""
+def chained_operator(span: Span, before: Span, first: str, second: str, *, in_front: bool = False) -> Diagnostic:
+    """Two operators of the same strength that do not associate, side by side; the first may stand *in front* only."""
+    left = first if in_front else f"P {first}"
     return Diagnostic(
         "CSP105",
         f"`{second}` beside `{first}` needs brackets",
         span,
         labels=(Label(before, "the operator before it"),),
-        help=f"write `(P {first} Q) {second} R` or `P {first} (Q {second} R)`",
+        help=f"write `({left} Q) {second} R` or `{left} (Q {second} R)`",
     )
 
 

@@ -4,7 +4,8 @@ The levels are those of the CSPm operator table, tightest first. Three things ma
 ``.`` binds less tightly than arithmetic, comparison and logic; the parallel operators do not associate (but for the
 composition of classes); and ``\``
 hides in everything to its left, while what stands to its right takes the hidden process as its left operand:
-``P ||| Q \ A`` is ``(P ||| Q) \ A`` and ``P \ A ||| Q`` is ``(P \ A) ||| Q``.
+``P ||| Q \ A`` is ``(P ||| Q) \ A`` and ``P \ A ||| Q`` is ``(P \ A) ||| Q``. And ``|| x : S @ [A] P`` takes in no more
+than the right operand of ``[A || B]`` would: ``|| x : S @ [A] P \ H`` hides in all of it.
 
 The method is Dijkstra's shunting yard (operator precedence with two stacks), so that long rows need no recursion.
 """
@@ -58,6 +59,7 @@ PROCESS_LEVELS: Final = {
     "@@": 24,
 }
 COMPARISON: Final = 7
+STEP: Final = 15
 PARALLEL: Final = 21
 BOTH: Final = 24
 
@@ -82,8 +84,33 @@ class Signed:
     operand: s.Expr
 
 
-class Row(list["s.Expr | Signed | Operator"]):
-    """Operands (perhaps signed) with an operator between each two."""
+@dataclass(frozen=True, slots=True)
+class Head:
+    """What stands in front of a process and takes it in: a prefix, a guard, or ``|| x : S @ [A]``."""
+
+    symbol: str
+    level: int
+    span: Span
+    around: Callable[[s.Expr], s.Expr]
+
+
+@dataclass(slots=True)
+class Headed:
+    """A process behind heads, innermost first; the innermost is ``|| x : S @ [A]``, which may take in what follows."""
+
+    heads: list[Head]
+    process: s.Expr
+
+    def whole(self) -> s.Expr:
+        """The process with its heads, if nothing follows that belongs to it."""
+        process = self.process
+        for head in self.heads:
+            process = head.around(process)
+        return process
+
+
+class Row(list["s.Expr | Signed | Headed | Operator"]):
+    """Operands (perhaps signed, or behind heads) with an operator between each two."""
 
 
 Refuse = Callable[[Diagnostic], None]
@@ -131,13 +158,13 @@ def values(row: Row | Signed | s.Expr, refuse: Refuse) -> s.Expr:
             pending.extend((SIGN_LEVELS[sign.symbol], sign, True) for sign in item.signs)
             operands.append(item.operand)
         else:
-            operands.append(item)
+            operands.append(cast(s.Expr, item))
     while pending:
         reduce()
     return operands.pop()
 
 
-def processes(row: Row | s.Expr, refuse: Refuse, only_pattern: Callable[[s.Expr], None]) -> s.Expr:
+def processes(row: Row | Headed | s.Expr, refuse: Refuse, only_pattern: Callable[[s.Expr], None]) -> s.Expr:
     """The tree of a row of process operators.
 
     Parallel operators side by side go to *refuse*; *only_pattern* is told of each ``@@``.
@@ -145,26 +172,37 @@ def processes(row: Row | s.Expr, refuse: Refuse, only_pattern: Callable[[s.Expr]
     if isinstance(row, s.Expr):
         return row
     operands: list[s.Expr] = []
-    pending: list[tuple[int, Operator]] = []
+    pending: list[tuple[int, Operator | Head]] = []
     hiding: Operator | None = None  # the next operand is the set of this `\` or `|\`
 
     def reduce() -> None:
         _, operator = pending.pop()
         right = operands.pop()
+        if isinstance(operator, Head):
+            operands.append(operator.around(right))
+            return
         left = operands.pop()
         made = _process(operator, left, right)
         if isinstance(made, BothExpr):
             only_pattern(made)
         operands.append(made)
 
-    for item in row:
+    for item in row if isinstance(row, Row) else (row,):
         if isinstance(item, Operator):
             level = PROCESS_LEVELS[item.symbol]
             while pending and pending[-1][0] <= level:
                 before = pending[-1][1]
                 associates = before.symbol == item.symbol == "COMPOSES"
                 if level in (PARALLEL, BOTH) and pending[-1][0] == level and not associates:
-                    refuse(messages.chained_operator(item.span, before.span, shown(before.symbol), shown(item.symbol)))
+                    refuse(
+                        messages.chained_operator(
+                            item.span,
+                            before.span,
+                            shown(before.symbol),
+                            shown(item.symbol),
+                            in_front=isinstance(before, Head),
+                        )
+                    )
                 reduce()
             if item.symbol in ("\\", "|\\"):
                 # All to the left is done, and the result is an operand like any other.
@@ -172,12 +210,15 @@ def processes(row: Row | s.Expr, refuse: Refuse, only_pattern: Callable[[s.Expr]
             else:
                 pending.append((level, item))
         elif hiding is not None:
-            events = cast(s.Expr, item)
+            events = item.whole() if isinstance(item, Headed) else cast(s.Expr, item)
             process = operands.pop()
             operands.append(
                 s.Hide(span=process.span.to(events.span), process=process, events=events, keep=hiding.symbol == "|\\")
             )
             hiding = None
+        elif isinstance(item, Headed):
+            pending.extend((head.level, head) for head in reversed(item.heads))
+            operands.append(item.process)
         else:
             operands.append(cast(s.Expr, item))
     while pending:

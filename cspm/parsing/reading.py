@@ -181,6 +181,7 @@ class _Files:
             if is_markup(source):
                 return self._document(source)
             tokens = tokenise(source)
+            self.remarks += tokens.remarks
             if tokens.errors:
                 self.errors.extend(tokens.errors[:MOST_MISTAKES])
                 return None

@@ -156,11 +156,34 @@ def cache_folder() -> Path:
     return Path(base) / "cspcheck"
 
 
+def _key(grammar: str) -> str:
+    return sha256(f"{_FORMAT}\n{grammar}".encode()).hexdigest()[:20]
+
+
+def ship(grammar: Path) -> None:
+    """Put the table of a grammar beside it; it is used as long as the grammar is the same."""
+    text = grammar.read_text(encoding="utf-8")
+    value = {"key": _key(text), **compute(text)}
+    grammar.with_suffix(".json").write_text(json.dumps(value, separators=(",", ":")), encoding="utf-8")
+
+
+def _shipped(key: str) -> Table | None:
+    """The table that came with the grammar; a checkout has none."""
+    try:
+        value = json.loads(GRAMMAR.with_suffix(".json").read_text(encoding="utf-8"))
+        return from_json(value) if value["key"] == key else None
+    except (OSError, ValueError, KeyError, TypeError, IndexError):
+        return None
+
+
 @cache
 def table() -> Table:
-    """The table of the CSPm grammar, from the cache if it is there, else computed and stored there."""
+    """The table of the CSPm grammar: shipped with it, else from the cache, else computed and stored there."""
     grammar = GRAMMAR.read_text(encoding="utf-8")
-    key = sha256(f"{_FORMAT}\n{grammar}".encode()).hexdigest()[:20]
+    key = _key(grammar)
+    shipped = _shipped(key)
+    if shipped is not None:
+        return shipped
     try:
         path = cache_folder() / f"grammar-{key}.json"
     except RuntimeError:  # the user has no home

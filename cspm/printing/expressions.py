@@ -20,7 +20,7 @@ from collections.abc import Callable, Generator, Sequence
 from dataclasses import replace
 from typing import Any, Final, Protocol
 
-from cspcheck.cspm.parsing.precedence import PROCESS_LEVELS, SIGN_LEVELS, VALUE_LEVELS
+from cspcheck.cspm.parsing.precedence import PARALLEL, PROCESS_LEVELS, SIGN_LEVELS, VALUE_LEVELS
 from cspcheck.cspm.printing.brackets import (
     ANYWHERE,
     BOTH,
@@ -158,9 +158,9 @@ class Expressions:
         if statements is None:
             return enclosed(opening, docs, closing, items)
         conditions = yield from self._items(statements, inside)
-        return enclosed(
-            opening, [cat(commas(docs), nest(cat(LINE, "| ", nest(commas(conditions)))))], closing, statements
-        )
+        behind = cat("| ", nest(commas(conditions)))
+        whole = cat(commas(docs), nest(cat(LINE, behind))) if docs else behind
+        return enclosed(opening, [whole], closing, statements)
 
     def _range(self, opening: str, closing: str, node: s.SetRange | s.SequenceRange, inside: Place) -> Printing:
         inside = replace(inside, tight=True)
@@ -472,7 +472,13 @@ class Expressions:
 
     @PRINTS(s.Replicated)
     def _print_replicated(self, node: s.Replicated, place: Place) -> Printing:
-        brackets = needs_end(place)
+        if node.operator == "||":
+            # It ends in a bracket, and takes in no more than the right operand of `[A || B]` would.
+            brackets = place.level < STEP or (place.follow is not None and place.follow <= PARALLEL)
+            behind = part_of(place, brackets, level=PARALLEL - 1, begins_row=False)
+        else:
+            brackets = needs_end(place)
+            behind = part_of(place, brackets, level=BOTH, follow=None, begins_row=True)
         inside = part_of(place, brackets, level=BOTH, follow=None, begins_row=True)
         alphabet: Doc = ""
         operator: Doc
@@ -492,7 +498,7 @@ class Expressions:
                 blank = " " if first_text(events).startswith(("[", "|")) else ""
                 alphabet = cat(f" [{blank}", events, "]")
         statements = yield from self._items(node.statements, inside)
-        body = yield node.body, inside
+        body = yield node.body, behind
         doc = group(operator, " ", nest(commas(statements)), " @", alphabet, nest(cat(LINE, body)))
         return bracketed(doc) if brackets else doc
 

@@ -117,6 +117,8 @@ class EventTable:
         self._bases: list[int] = []
         self._owners: list[Channel] = []
         self._next = FIRST_EVENT
+        self.clocks = EventSet()
+        """The events by which time passes: what an operand that can terminate waits with for the others."""
         self._late: dict[tuple[Channel, tuple[Hashable, ...]], int] = {}
         self._late_events: list[tuple[Channel, tuple[Hashable, ...]]] = []
         self.tau = "tau"

@@ -12,7 +12,8 @@ a reference.
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass, fields
+from functools import cache
 from typing import Any, ClassVar, Literal, TypeAlias
 from weakref import KeyedRef
 
@@ -21,7 +22,7 @@ from cspcheck.cspm.source import Span
 
 
 class _HashConsed(type):
-    """Calling a class with the operands of an existing term gives that term."""
+    """Calling a class with the operands of an existing term gives that term; those left out have their defaults."""
 
     _terms: ClassVar[dict[tuple[Any, ...], KeyedRef[tuple[Any, ...], Any]]] = {}
 
@@ -33,9 +34,26 @@ class _HashConsed(type):
             term = known()
             if term is not None:
                 return term
+        defaults = _defaults(cls).get(len(operands))
+        if defaults is not None:
+            return cls(*operands, *defaults)  # only the term with all its operands is kept
         term = super().__call__(*operands)
         _HashConsed._terms[key] = KeyedRef(term, _forget, key)
         return term
+
+
+@cache
+def _defaults(cls: type[Any]) -> dict[int, tuple[Any, ...]]:
+    """What the last operands of a class of terms are where they are left out, by the number of those given."""
+    found: dict[int, tuple[Any, ...]] = {}
+    defaults: tuple[Any, ...] = ()
+    operands = fields(cls)
+    for given in reversed(range(len(operands))):
+        if operands[given].default is MISSING:
+            break
+        defaults = (operands[given].default, *defaults)
+        found[given] = defaults
+    return found
 
 
 Operands: TypeAlias = "tuple[Process, ...]"
@@ -116,7 +134,7 @@ class Run(Process):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Chaos(Process):
-    """``CHAOS(A)``: performs anything in A, and a tau to ``STOP``."""
+    """``CHAOS(A)`` is ``STOP |~| ([] x : A @ x -> CHAOS(A))``."""
 
     events: EventSet
 
@@ -255,21 +273,29 @@ class Sequential(Process):
         return Sequential(operands[0], self.right)
 
 
+NO_EVENTS = EventSet()
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Parallel(Process):
-    """``P [| A |] Q [| A |] ...``: all operands take part in events of A; interleaving is the empty A. Two or more."""
+    """``P [| A |] Q [| A |] ...``: all operands take part in events of A; interleaving is the empty A. Two or more.
+
+    ``clocks``, here and in the other parallel operators, are the events by which time passes (``tock``): an operand
+    that can terminate and offers one of them waits for the others instead of terminating by itself.
+    """
 
     symbol: ClassVar[str] = "[| |]"
     has_active: ClassVar[bool] = True
 
     events: EventSet
     operands: tuple[Process, ...]
+    clocks: EventSet = NO_EVENTS
 
     def active(self) -> Operands:  # noqa: D102
         return self.operands
 
     def with_active(self, operands: Operands) -> Process:  # noqa: D102
-        return Parallel(self.events, operands)
+        return Parallel(self.events, operands, self.clocks)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -281,12 +307,13 @@ class AlphabetisedParallel(Process):
 
     alphabets: tuple[EventSet, ...]
     operands: tuple[Process, ...]
+    clocks: EventSet = NO_EVENTS
 
     def active(self) -> Operands:  # noqa: D102
         return self.operands
 
     def with_active(self, operands: Operands) -> Process:  # noqa: D102
-        return AlphabetisedParallel(self.alphabets, operands)
+        return AlphabetisedParallel(self.alphabets, operands, self.clocks)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -299,12 +326,13 @@ class LinkedParallel(Process):
     left: Process
     links: tuple[tuple[int, int], ...]
     right: Process
+    clocks: EventSet = NO_EVENTS
 
     def active(self) -> Operands:  # noqa: D102
         return (self.left, self.right)
 
     def with_active(self, operands: Operands) -> Process:  # noqa: D102
-        return LinkedParallel(operands[0], self.links, operands[1])
+        return LinkedParallel(operands[0], self.links, operands[1], self.clocks)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -578,11 +606,11 @@ def external_choice(operands: Iterable[Process]) -> Process:
     return flat[0] if len(flat) == 1 else ExternalChoice(tuple(flat))
 
 
-def parallel(events: EventSet, operands: Sequence[Process]) -> Process:
+def parallel(events: EventSet, operands: Sequence[Process], clocks: EventSet = NO_EVENTS) -> Process:
     """``[| events |]`` over *operands*; none is SKIP, one is itself."""
     if not operands:
         return SKIP
-    return operands[0] if len(operands) == 1 else Parallel(events, tuple(operands))
+    return operands[0] if len(operands) == 1 else Parallel(events, tuple(operands), clocks)
 
 
 def hide(process: Process, events: EventSet) -> Process:

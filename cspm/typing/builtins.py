@@ -67,13 +67,13 @@ SIGNATURES: dict[str, str] = {
     "elem": "Eq a => (a, <a>) -> Bool",
     # maps
     "emptyMap": "Set k => (| k => v |)",
-    "mapFromList": "(<(k, v)>) -> (| k => v |)",
-    "mapToList": "((| k => v |)) -> <(k, v)>",
-    "mapLookup": "((| k => v |), k) -> v",
-    "mapMember": "((| k => v |), k) -> Bool",
-    "mapUpdate": "((| k => v |), k, v) -> (| k => v |)",
-    "mapUpdateMultiple": "((| k => v |), <(k, v)>) -> (| k => v |)",
-    "mapDelete": "((| k => v |), k) -> (| k => v |)",
+    "mapFromList": "Set k => (<(k, v)>) -> (| k => v |)",
+    "mapToList": "Set k => ((| k => v |)) -> <(k, v)>",
+    "mapLookup": "Set k => ((| k => v |), k) -> v",
+    "mapMember": "Set k => ((| k => v |), k) -> Bool",
+    "mapUpdate": "Set k => ((| k => v |), k, v) -> (| k => v |)",
+    "mapUpdateMultiple": "Set k => ((| k => v |), <(k, v)>) -> (| k => v |)",
+    "mapDelete": "Set k => ((| k => v |), k) -> (| k => v |)",
     "Map": "({k}, {v}) -> {(| k => v |)}",
     # dots
     "extensions": "Yieldable b => (a => b) -> {a}",
@@ -85,6 +85,7 @@ SIGNATURES: dict[str, str] = {
     **dict.fromkeys(
         (
             "normal",
+            "normalise",
             "lazynorm",
             "sbisim",
             "dbisim",

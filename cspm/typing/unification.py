@@ -243,9 +243,14 @@ class Unifier:
             return
         if self._occurs(variable, type_):
             type_ = self.settle(type_)
+            known = resolve(variable)
+            if known is not variable:
+                # Reading the dots has said what the variable stands for: `<Exp.(G, x), x>`.
+                self.unify(known, type_)
+                return
             if type_ is variable:
                 return
-            if type(resolve(variable)) is not Variable or self._occurs(variable, type_):
+            if self._occurs(variable, type_):
                 raise InfiniteType(variable, type_)
         if variable.constraints:
             constrain(self, variable.constraints, type_)

@@ -149,10 +149,12 @@ class ChannelHead(Head):
 class Channels:
     """The channels of one script with their events as values: one object for each event."""
 
-    __slots__ = ("_events", "heads", "table")
+    __slots__ = ("_events", "broken", "heads", "table")
 
     def __init__(self, table: events.EventTable) -> None:
         self.table = table
+        self.broken: list[Failure] = []
+        """Why some channels have no events, in the order of the script."""
         self.heads: dict[events.Channel, ChannelHead] = {}
         self._events: dict[int, Event] = {}
 
@@ -413,10 +415,12 @@ def _completion_ranges(value: Dotted, head: ChannelHead) -> list[tuple[int, int]
     table = head.channels.table
     fields = value.fields
     if head.declared.size is None:
-        position = next((i for i, domain in enumerate(head.declared.domains) if domain is None), None)
-        if position is None:
-            raise Failure(messages.too_many_completions(head.name, events.UNBOUNDED), is_limit=True)
-        raise Failure(messages.infinite_channel(head.name, position, head.domains[position]))
+        for position in range(len(fields), head.arity):
+            if not head.domains[position].is_finite():
+                raise Failure(messages.infinite_channel(head.name, position, head.domains[position]))
+        # Their numbers are given as they are met, so they need not be side by side.
+        met = (_joined(value, more).number for more in extension_parts(value))
+        return [(number, number + 1) for number in met]
     if fields and is_incomplete(fields[-1]):
         inner: list[tuple[Any, ...]] = [
             (*fields[:-1], whole)

@@ -1,14 +1,15 @@
 """One total order on all values, so that whatever ranges over a set does so in the same order each time.
 
-Integers and characters by size, ``false`` before ``true``, constructors and channels in the order of declaration,
-tuples lexicographically, sequences and sets the shorter first.
+Integers and characters by size, ``false`` before ``true``, constructors and channels in the order of declaration;
+tuples and sequences lexicographically (``<>``, ``<1, 1>``, ``<2>``), sets and maps as the ascending lists of what is in
+them (``{}``, ``{1, 2, 4}``, ``{4}``). It is the order of FDR, so that ``seq`` and ``show`` say the same.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import fields
-from typing import Any
+from typing import Any, Final
 
 from cspcheck.cspm.process.events import EventSet
 from cspcheck.cspm.process.terms import Process, Reference
@@ -16,6 +17,8 @@ from cspcheck.cspm.values.dots import ChannelHead, Constructor, DotList, Dotted,
 from cspcheck.cspm.values.values import Boolean, Function, Map, Real, Sequence
 
 _LONGEST_TERM = 10_000
+_END: Final = object()
+"""Closes what can have more or fewer parts; in a key it comes before all that a part could be."""
 
 
 def in_order(values: Iterable[Any]) -> list[Any]:
@@ -51,38 +54,40 @@ def order_key(value: Any) -> list[Any]:
         elif kind is Real:
             key += (1, item.value)
         elif kind is tuple:
-            key += (3, len(item))
+            key.append(3)
             stack.extend(reversed(item))
         elif kind is Sequence:
-            key += (4, len(item))
-            stack.extend(reversed(item.items()))
+            key.append(4)
+            stack += (_END, *reversed(item.items()))
         elif kind is Map:
             entries = in_order(item.entries)
-            key += (6, len(entries))
+            key.append(6)
+            stack.append(_END)
             for entry in reversed(entries):
                 stack += (item.entries[entry], entry)
         elif kind is Dotted:
             head = item.head
             if isinstance(head, Constructor):
-                key += (7, *head.rank, len(item.fields))
+                key += (7, *head.rank)
             else:
                 assert isinstance(head, ChannelHead)
-                key += (8, head.declared.base, head.declared.order, len(item.fields))
-            stack.extend(reversed(item.fields))
+                key += (8, head.declared.base, head.declared.order)
+            stack += (_END, *reversed(item.fields))
         elif kind is Event:
             key += (9, item.number)
         elif kind is DotList:
-            key += (10, len(item.parts))
-            stack.extend(reversed(item.parts))
+            key.append(10)
+            stack += (_END, *reversed(item.parts))
         elif isinstance(item, Process):
             key.append(12)
             _process_key(item, key)
         elif kind is Function:
             key += (13, item.routine.name)
         elif hasattr(item, "elements") and item.is_finite():
-            elements = item.elements()
-            key += (5, len(elements))
-            stack.extend(reversed(elements))
+            key.append(5)
+            stack += (_END, *reversed(item.finite().elements()))
+        elif item is _END:
+            key.append(-1)
         else:
             key += (14, repr(item))
     return key

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from itertools import product
+from itertools import compress, product
 from math import prod
 from typing import Any, Final, Literal
 
@@ -39,6 +39,18 @@ def _product_exceeds(sets: tuple[Set, ...], limit: int) -> bool:
 def _product_size(sets: tuple[Set, ...]) -> int:
     """How many combinations of their elements finite sets have; one of them may be infinite if another is empty."""
     return 0 if any(s.is_empty() for s in sets) else prod(s.size() for s in sets)
+
+
+def _as_listed(values: Set) -> list[Any]:
+    """The elements of a set that lists them in FDR's order, each once.
+
+    Raises:
+        Failure: it is infinite, or too large to be listed.
+    """
+    if not values.is_finite():
+        raise Failure(messages.infinite_set(values))
+    values._check_size()
+    return list(values.listed())
 
 
 class _Infinite(Set):
@@ -158,9 +170,13 @@ class Subsets(Set):
         return int(2 ** self.base.size())
 
     def listed(self) -> Iterator[Any]:
+        """The subsets with the first element before those without it, as FDR lists them."""
         elements = self.base.elements()
-        for chosen in range(1 << len(elements)):
-            yield set_of([element for i, element in enumerate(elements) if chosen >> i & 1])
+        for chosen in product((True, False), repeat=len(elements)):
+            yield set_of(compress(elements, chosen))
+
+    def elements(self) -> list[Any]:
+        return _as_listed(self)
 
     def describe(self) -> str:
         return f"Set({self.base.describe()})"
@@ -214,10 +230,14 @@ class Maps(Set):
         if self.keys.is_empty() or self.values.is_empty():
             yield Map({})
             return
-        keys = self.keys.elements()
-        absent = object()
-        for chosen in product([absent, *self.values.elements()], repeat=len(keys)):
-            yield Map({key: value for key, value in zip(keys, chosen, strict=True) if value is not absent})
+        values = self.values.elements()
+        for domain in Subsets(self.keys).listed():
+            keys = domain.elements()
+            for chosen in product(values, repeat=len(keys)):
+                yield Map(dict(zip(reversed(keys), chosen, strict=True)))
+
+    def elements(self) -> list[Any]:
+        return _as_listed(self)
 
     def describe(self) -> str:
         return f"Map({self.keys.describe()}, {self.values.describe()})"
@@ -272,6 +292,9 @@ class Product(Set):
             return ()
         found = product(*[s.elements() for s in self.sets])
         return found if self.kind == "tuple" else map(DotList, found)
+
+    def elements(self) -> list[Any]:
+        return _as_listed(self)
 
     def describe(self) -> str:
         inner = [s.describe() for s in self.sets]
@@ -400,6 +423,9 @@ class DatatypeSet(Set):
                 continue
             for fields in product(*[s.elements() for s in sets]):
                 yield head.complete(fields)
+
+    def elements(self) -> list[Any]:
+        return _as_listed(self)
 
     def describe(self) -> str:
         return self.name

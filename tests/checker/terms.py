@@ -19,6 +19,7 @@ from hypothesis import strategies as st
 from cspcheck.cspm.process.events import FIRST_EVENT, EventSet, EventTable
 from cspcheck.cspm.process.terms import (
     DIV,
+    NO_EVENTS,
     SKIP,
     STOP,
     AlphabetisedParallel,
@@ -123,6 +124,14 @@ def reference(text: str, body: Callable[[], Process]) -> Reference:
     return Reference((text, next(_serial)), Definition(text, None, body))
 
 
+def timed_skip(tock: int) -> Process:
+    """``TSKIP = tock -> TSKIP [] SKIP``."""
+    skip: Process = Reference(
+        ("TSKIP", tock), Definition("TSKIP", None, lambda: ExternalChoice((Prefix(((tock, skip),)), SKIP)))
+    )
+    return skip
+
+
 class _Recursion(IntEnum):
     """Where the definition being drawn may refer to itself, seen from one position in its body."""
 
@@ -147,9 +156,16 @@ NEVER = _Recursion.NEVER
 class _Terms:
     """Draws the bodies of one tower of definitions."""
 
-    def __init__(self, draw: Callable[[st.SearchStrategy[Any]], Any], operators: Operators, events: int) -> None:
+    def __init__(
+        self,
+        draw: Callable[[st.SearchStrategy[Any]], Any],
+        operators: Operators,
+        events: int,
+        clocks: EventSet = NO_EVENTS,
+    ) -> None:
         self.draw = draw
         self.events = events
+        self.clocks = clocks
         leaves = [cls for cls in _LEAVES if cls in operators | BASIC]
         nodes = [cls for cls in _NODES if cls in operators | BASIC]
         self.leaf_kinds = st.sampled_from(leaves)
@@ -177,6 +193,8 @@ class _Terms:
         if names and self.draw(st.integers(0, 2)):
             chosen: Process = self.draw(st.sampled_from(names))
             return chosen
+        if self.clocks and self.draw(st.booleans()):
+            return timed_skip(min(self.clocks))
         return _LEAVES[self.draw(self.leaf_kinds)](self)
 
     def operands(self, size: int, number: int, *recursions: _Recursion) -> list[Process]:
@@ -228,11 +246,11 @@ class _Terms:
 
     def alphabetised(self, size: int) -> Process:
         operands = self.some_operands(size, NEVER)
-        return AlphabetisedParallel(tuple(self.event_set() for _ in operands), operands)
+        return AlphabetisedParallel(tuple(self.event_set() for _ in operands), operands, self.clocks)
 
     def linked(self, size: int) -> Process:
         left, right = self.operands(size, 2, NEVER)
-        return LinkedParallel(left, self.links(), right)
+        return LinkedParallel(left, self.links(), right, self.clocks)
 
     def prioritised(self, size: int) -> Process:
         levels = tuple(self.event_set() for _ in range(self.draw(st.integers(1, 3))))
@@ -258,7 +276,7 @@ _NODES: dict[type[Process], Callable[[_Terms, int, _Recursion], Process]] = {
     SynchronisingInterrupt: lambda t, size, _: t.synchronising_interrupt(size),
     Throw: _Terms.throw,
     Sequential: _Terms.sequential,
-    Parallel: lambda t, size, _: Parallel(t.event_set(), t.some_operands(size, NEVER)),
+    Parallel: lambda t, size, _: Parallel(t.event_set(), t.some_operands(size, NEVER), t.clocks),
     AlphabetisedParallel: lambda t, size, _: t.alphabetised(size),
     LinkedParallel: lambda t, size, _: t.linked(size),
     Hide: lambda t, size, _: Hide(t.body(size, NEVER), t.event_set()),
@@ -278,6 +296,7 @@ def processes(
     size: int = 8,
     definitions: int = 2,
     recursion: bool = True,
+    clocks: EventSet = NO_EVENTS,
 ) -> Process:
     """A process over the identifiers of ``alphabet(events)``.
 
@@ -288,8 +307,9 @@ def processes(
         size: about how many operators each body has at most.
         definitions: how many named processes there are at most; the last one is what is drawn.
         recursion: whether bodies refer to themselves.
+        clocks: those of the parallel operators.
     """
-    terms = _Terms(draw, operators, events)
+    terms = _Terms(draw, operators, events, clocks)
     bodies: dict[int, Process] = {}
     named: Reference | None = None
     # Left to itself Hypothesis prefers small numbers, and small processes are all alike.
@@ -315,6 +335,7 @@ def layered(
     definitions: int = 2,
     events: int = 3,
     size: int = 4,
+    clocks: EventSet = NO_EVENTS,
 ) -> Process:
     """A process whose definitions stand in layers, each with its operators and made of the layer below.
 
@@ -325,7 +346,7 @@ def layered(
     for level, operators in enumerate(layers):
         layer: list[Reference] = []
         for i in range(definitions):
-            terms = _Terms(draw, operators, events)
+            terms = _Terms(draw, operators, events, clocks)
             terms.below = below
             bodies: list[Process] = []
             named = reference(f"L{level}{LETTERS[i]}", lambda bodies=bodies: bodies[0])
@@ -347,6 +368,7 @@ def compositions(
     components: int = 3,
     recursion: bool = True,
     compressions: Sequence[str] = (),
+    clocks: EventSet = NO_EVENTS,
 ) -> Process:
     """Parallel, hiding and renaming over named components whose bodies use *operators* only.
 
@@ -355,10 +377,12 @@ def compositions(
     """
     number = draw(st.integers(1, components))
     named: list[Process] = [
-        draw(processes(operators=operators, events=events, size=size, definitions=1, recursion=recursion))
+        draw(
+            processes(operators=operators, events=events, size=size, definitions=1, recursion=recursion, clocks=clocks)
+        )
         for _ in range(number)
     ]
-    terms = _Terms(draw, BASIC, events)
+    terms = _Terms(draw, BASIC, events, clocks)
     kinds = sorted(static, key=lambda cls: cls.__name__)
     unary: Sequence[type[Process]] = [cls for cls in kinds if cls in {Hide, Project, Rename}]
     joining: Sequence[type[Process]] = [cls for cls in kinds if cls in PARALLEL]
@@ -380,10 +404,10 @@ def compositions(
         number = 2 if cls is LinkedParallel else draw(st.integers(2, len(named)))
         joined, named = [wrap(process) for process in named[:number]], named[number:]
         if cls is Parallel:
-            whole: Process = Parallel(terms.event_set(), tuple(joined))
+            whole: Process = Parallel(terms.event_set(), tuple(joined), clocks)
         elif cls is AlphabetisedParallel:
-            whole = AlphabetisedParallel(tuple(terms.event_set() for _ in joined), tuple(joined))
+            whole = AlphabetisedParallel(tuple(terms.event_set() for _ in joined), tuple(joined), clocks)
         else:
-            whole = LinkedParallel(joined[0], terms.links(), joined[1])
+            whole = LinkedParallel(joined[0], terms.links(), joined[1], clocks)
         named.insert(draw(st.integers(0, len(named))), whole)
     return wrap(named[0])

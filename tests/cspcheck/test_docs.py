@@ -13,16 +13,21 @@ from cspcheck.cli import VERBS, front_door
 from cspcheck.cli.probe_commands import COMMANDS
 from cspcheck.configuration import KEYS
 from cspcheck.report import FORMATS
-from cspcheck.report.codes import codes_document
+from cspcheck.report.codes import code_pages
 from cspcheck.result import Exit
 
-DOCS = Path(__file__).resolve().parents[2] / "docs"
+ROOT = Path(__file__).resolve().parents[2]
+DOCS = ROOT / "docs"
 
 
-def test_the_list_of_codes_is_that_of_the_register() -> None:
-    assert (DOCS / "codes.md").read_text(encoding="utf-8") == codes_document(), (
-        "docs/codes.md is out of date: python -m cspcheck.report.codes > docs/codes.md"
-    )
+def test_the_pages_of_codes_are_those_of_the_register() -> None:
+    pages = code_pages()
+
+    assert {f"codes/{path.name}" for path in (DOCS / "codes").iterdir()} == pages.keys() - {"codes.md"}
+    for path, text in pages.items():
+        assert (DOCS / path).read_text(encoding="utf-8") == text, (
+            f"docs/{path} is out of date: python -m cspcheck.report.codes docs"
+        )
 
 
 def test_the_command_line_page_names_every_verb_format_and_exit_code() -> None:
@@ -74,12 +79,24 @@ def test_the_python_page_speaks_of_names_that_there_are() -> None:
     assert {"load", "loads", "ScriptError", "Incomplete", "Verdict", "Counterexample"} <= names
 
 
-@pytest.mark.parametrize("page", ["command-line.md", "proof.md", "python.md", "pytest.md", "codes.md"])
+PAGES = sorted(page.relative_to(ROOT).as_posix() for page in [*DOCS.glob("**/*.md"), *ROOT.glob("*.md")])
+
+
+def anchors(page: Path) -> set[str]:
+    """What the headings of a page can be linked by."""
+    headings = re.findall(r"^#+ (.+)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {
+        re.sub(r"[^\w -]", "", re.sub(r"\]\([^)]*\)", "", heading)).lower().replace(" ", "-") for heading in headings
+    }
+
+
+@pytest.mark.parametrize("page", PAGES)
 def test_links_lead_somewhere(page: str) -> None:
-    text = (DOCS / page).read_text(encoding="utf-8")
-    anchors = {heading.lower().replace(" ", "-") for heading in re.findall(r"^#+ (.+)$", text, re.MULTILINE)}
-    for target in re.findall(r"\]\(([^)]+)\)", text):
-        if target.startswith("#"):
-            assert target[1:] in anchors, target
-        else:
-            assert (DOCS / target).exists(), target
+    text = re.sub(r"```.*?```|`[^`\n]*`", "", (ROOT / page).read_text(encoding="utf-8"), flags=re.DOTALL)
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        if "://" in target:
+            continue
+        path, _, anchor = target.partition("#")
+        found = (ROOT / page).parent / path if path else ROOT / page
+        assert found.exists(), target
+        assert not anchor or anchor in anchors(found), target

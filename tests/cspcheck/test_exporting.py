@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from cspcheck.checker.check import Checker
+from cspcheck.checker.proof.answer import specification_of
 from cspcheck.checker.reduction.bisimulation import strong_bisimulation
 from cspcheck.checker.semantics.transitions import explore
 from cspcheck.cspm.diagnostics import ScriptError
@@ -126,8 +127,7 @@ def test_verdicts_and_states_are_those_of_the_classes(text: str, view: str) -> N
     before, after = Checker(classes), Checker(plain)
     for one, other in zip(classes.assertions, plain.assertions, strict=True):
         assert before.check(one.node).verdict is after.check(other.node).verdict, one.text
-    assert classes.specification is not None
-    for name in classes.specification.classes:
+    for name in specification_of(classes).classes:
         for process in (name, f"{name}::visible"):
             machine = strong_bisimulation(explore(classes.process(process)).lts)
             copy = strong_bisimulation(explore(plain.process(process.replace("::", "_"))).lts)

@@ -22,7 +22,7 @@ def codes(text: str, *, typed: bool) -> set[str]:
                 unfold_all(term)
     except ScriptError as error:
         return {diagnostic.code for diagnostic in error.diagnostics}
-    return set()
+    return {diagnostic.code for diagnostic in script.warnings}
 
 
 @pytest.mark.parametrize("code", [code for code in CODES if code not in NO_SCRIPTS])

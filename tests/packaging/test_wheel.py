@@ -67,3 +67,19 @@ def test_the_wheel_declares_the_command_and_the_pytest_plugin(installed: Path) -
 
     assert "cspcheck = cspcheck.cli:main" in entries.read_text()
     assert "cspcheck = cspcheck.pytest_plugin" in entries.read_text()
+
+
+def test_the_wheel_has_the_parse_table_of_its_grammar(installed: Path, tmp_path: Path) -> None:
+    """So no user's first run imports Lark."""
+    (tmp_path / "x.csp").write_text("P = STOP\nassert P :[deadlock free]\n")
+    code = (
+        "import sys; from cspcheck.cspm.script import load; load('x.csp'); "
+        "from cspcheck.cspm.parsing import table; "
+        "print('lark' in sys.modules, table.table() == table.from_json(table.compute(table.GRAMMAR.read_text())))"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(installed), "PYTHONSAFEPATH": "1", "XDG_CACHE_HOME": str(tmp_path)}
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, encoding="utf-8", check=True
+    )
+
+    assert done.stdout == "False True\n"

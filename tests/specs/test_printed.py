@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import cspcheck
+from cspcheck.checker.proof.answer import specification_of
 
 PRINTED = Path(__file__).resolve().parents[2] / "specs" / "rov" / "as_printed.oz"
 
@@ -62,6 +63,6 @@ DOCUMENTS = sorted(PRINTED.parents[1].glob("*/*.tex"))
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: f"{path.parent.name}/{path.name}")
 def test_classes_in_latex_are_those_in_text(document: Path) -> None:
     """What a specification is does not depend on the notation."""
-    text = cspcheck.load(document.with_suffix(".csp"))._script.specification
+    text = specification_of(cspcheck.load(document.with_suffix(".csp"))._script)
     assert text is not None
-    assert text == cspcheck.load(document)._script.specification
+    assert text == specification_of(cspcheck.load(document)._script)

@@ -224,6 +224,16 @@ class _Desugaring:
     def _is_shared(self, model: core.ClassModel, channel: core.Channel) -> bool:
         return channel.kind == "chan" and any(m is model for m, _ in self.sharing[channel.name])
 
+    def _wider(self, model: core.ClassModel) -> Iterator[str]:
+        """The channels without schema that the script, or another class, gives more values than the class does."""
+        for channel in model.channels.values():
+            if channel.name in model.operations or not channel.parameters or not self._is_shared(model, channel):
+                continue
+            mine = [shape(p.carrier) for p in channel.parameters]
+            users = [c for _, c in self.sharing[channel.name]]
+            if channel.name in self.declared or any([shape(p.carrier) for p in c.parameters] != mine for c in users):
+                yield channel.name
+
     def _channel(self, users: Sequence[tuple[core.ClassModel, core.Channel]]) -> Declaration:
         owner, first = users[0]
         fields: list[Expr] = []
@@ -274,6 +284,7 @@ class _Desugaring:
             channels=tuple([Name(span=c.span, parts=(c.name,)) for c in model.channels.values()]),
             mains=tuple(mains),
             done=Name(span=span, parts=(DONE,)),
+            wider=tuple(self._wider(model)),
             datatypes=self._datatypes([p.type for c in model.channels.values() for p in c.parameters], span),
         )
         hidden = [Name(span=span, parts=(c.name,)) for c in local]

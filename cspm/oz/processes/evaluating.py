@@ -6,6 +6,7 @@ Imported when a script has classes; the rules below then join those of the langu
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import product
 from typing import Any
 
 from cspcheck.cspm.evaluator.core import DELAYED, PROCESSES, VALUES, Evaluator
@@ -174,6 +175,17 @@ class _Events:
             self._values[channel] = found
         return self._values[channel]
 
+    def declared(self, channel: str, terms: TermEvaluator) -> list[int]:
+        """The events of a channel whose values are those that the class itself declares."""
+        scope = Scope()
+        declared, _ = self._channels[channel]
+        chosen = []
+        for parameter, values in zip(declared.parameters, self.values(channel) or (), strict=True):
+            inside = membership(terms, parameter.carrier, scope)
+            chosen.append([value for value in values if inside(scope.frame(), value)])
+        found = [self.event(channel, fields) for fields in product(*chosen)]
+        return [number for number in found if number is not None]
+
     def all(self, channels: Sequence[str]) -> EventSet:
         """All events of some channels.
 
@@ -226,6 +238,7 @@ class Composition:
             assert isinstance(head, ChannelHead)
             heads[name] = (node.model.channels[name], head)
         self.events = _Events(heads, _conversion(evaluator, node, frame))
+        self.clocks = evaluator.channels.table.clocks
         alphabets = Alphabets(names)
         by_symbol = {symbol: name for name, symbol in symbols.items()}
         self.mentioned = [
@@ -275,10 +288,10 @@ class Composition:
     def _beside(self, control: Process, data: Process, synchronised: EventSet) -> Process:
         """The CSP part beside the data part, which terminates when that does."""
         if not self.terminates:
-            return process.Fused(process.Parallel(synchronised, (control, data)))
+            return process.Fused(process.Parallel(synchronised, (control, data), self.clocks))
         done = EventSet.of([self.done])
         ending = process.Sequential(control, process.prefix(self.done, process.SKIP))
-        return process.Fused(process.hide(process.Parallel(synchronised | done, (ending, data)), done))
+        return process.Fused(process.hide(process.Parallel(synchronised | done, (ending, data), self.clocks), done))
 
     def _control(self, mains: Sequence[Process]) -> Process | None:
         """The CSP parts side by side, on the events that they have in common."""
@@ -289,9 +302,26 @@ class Composition:
                 whole = part
             else:
                 common = [name for name in mentioned if name in known]
-                whole = process.Parallel(self.events.all(common), (whole, part))
+                whole = process.Parallel(self.events.all(common), (whole, part), self.clocks)
             known.update(mentioned)
-        return whole
+        foreign = self.foreign()
+        # A partner that has terminated already refuses them for ever, and lets the rest terminate.
+        return process.Parallel(foreign, (whole, process.SKIP)) if whole is not None and foreign else whole
+
+    def foreign(self) -> EventSet:
+        """The events that the CSP parts mention and that are none of the class's own.
+
+        A channel carries what any of its classes declares; where there is a schema, it sees to that.
+        """
+        if self.node.context.control:
+            return EventSet()
+        in_main = {name for names in self.mentioned for name in names}
+        terms = self.node.context.evaluator(self.node.model.name)
+        found = EventSet()
+        for name in self.node.wider:
+            if name in in_main:
+                found = found | (self.events.all([name]) - EventSet.of(self.events.declared(name, terms)))
+        return found
 
 
 # --- joining classes -------------------------------------------------------------------------------------------------
@@ -305,7 +335,7 @@ def _class_parallel(evaluator: Evaluator, node: syntax.ClassParallel, frame: Fra
 
     def join(env: Env) -> Process:
         shared = EventSet([_range_of(_channel(frame, symbol)) for symbol in common])
-        return process.Parallel(shared, (left(env), right(env)))
+        return process.Parallel(shared, (left(env), right(env)), evaluator.channels.table.clocks)
 
     return join
 

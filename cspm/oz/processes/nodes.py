@@ -56,13 +56,15 @@ class ClassProcess(Foreign):
     """The process of a class with its methods visible.
 
     ``channels`` are all its channels and methods, ``mains`` the ``main`` of each of its process parts; ``done`` is
-    the private event by which its data part agrees to terminate.
+    the private event by which its data part agrees to terminate. ``wider`` are the channels without schema that may
+    carry more than the class declares for them.
     """
 
     model: core.ClassModel = field(compare=False, repr=False)
     channels: tuple[Name, ...]
     mains: tuple[Name, ...]
     done: Name
+    wider: tuple[str, ...] = ()
 
     @property
     def names(self) -> tuple[Name, ...]:

@@ -9,22 +9,33 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
+from typing import TypeAlias, TypeVar
 
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
 from cspcheck.cspm.oz.typing.equations import check_equations, renamed_equations
-from cspcheck.cspm.oz.typing.operations import Boxes, inherited_operations
+from cspcheck.cspm.oz.typing.operations import Boxes, inherited_operations, joined_sets
 from cspcheck.cspm.oz.typing.paragraphs import Paragraphs
-from cspcheck.cspm.oz.typing.scopes import Scope, SetEntry, StateEntry, VariableEntry, whole
+from cspcheck.cspm.oz.typing.scopes import (
+    ConstructorEntry,
+    GenericEntry,
+    Scope,
+    SetEntry,
+    StateEntry,
+    VariableEntry,
+    whole,
+)
 from cspcheck.cspm.oz.typing.typing import Typing
 from cspcheck.cspm.oz.typing.typing_operators import Wrong
+from cspcheck.cspm.oz.values.substitution import substituted
+from cspcheck.cspm.oz.values.terms import shape
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.spelling import suggestions
 
 Report = Callable[[Diagnostic], None]
 D = TypeVar("D", bound=core.Declared)
+Definition: TypeAlias = SetEntry | GenericEntry | ConstructorEntry
 
 
 @dataclass
@@ -33,7 +44,7 @@ class _Built:
 
     model: core.ClassModel
     scope: Scope
-    types: dict[str, SetEntry] = field(default_factory=dict)
+    types: dict[str, tuple[Definition, str]] = field(default_factory=dict)
 
 
 class Classes:
@@ -122,7 +133,8 @@ class _Builder:
         self.tree = tree
         self.report = report
         self.scope = Scope(classes.scope)
-        self.types: dict[str, SetEntry] = {}
+        self.types: dict[str, tuple[Definition, str]] = {}
+        """What abbreviations and types of the class and its parents stand for, and in which class."""
         for i, generic in enumerate(tree.generics):
             term = arguments[i] if arguments else whole(classes.parameter(tree, generic.name))
             self.scope.add(generic.name, SetEntry(term, generic.span))
@@ -159,11 +171,14 @@ class _Builder:
         own = boxes.operations()
         # A method that was declared without parameters has those of its schema.
         self.channels.update(boxes.channels)
-        self.operations = inherited_operations(self.operations, own, self.report)
+        joined = inherited_operations(self._aligned(self.operations), own, self.report)
+        # The sets of the channel may have become narrower since a parent's operation was made.
+        self.operations = {n: replace(o, parameters=self.channels[n].parameters) for n, o in joined.items()}
         if tree.equations:
             self.processes.append(core.ProcessPart(owner=tree.name, equations=tree.equations))
         check_equations(tree, self.channels, self.processes, own, self.report)
         self._visibility()
+        self._one_meaning()
         model = core.ClassModel(
             name=tree.name,
             span=tree.span,
@@ -205,14 +220,13 @@ class _Builder:
             return
         parent = self._renamed(built.model, inherit)
         self.parents.append(parent.name)
-        for name, entry in built.types.items():
-            self.scope.add(name, entry)
-            self.types[name] = entry
+        for name, (entry, owner) in built.types.items():
+            self._adopt(name, entry, owner)
         for channel in parent.channels.values():
             self._merge_channel(channel)
-        self._merge(self.constants, parent.constants, parent.name)
-        self._merge(self.primary, parent.primary, parent.name)
-        self._merge(self.secondary, parent.secondary, parent.name)
+        self._merge(self.constants, parent.constants, parent.name, self.axioms, "constant")
+        self._merge(self.primary, parent.primary, parent.name, self.invariant, "before")
+        self._merge(self.secondary, parent.secondary, parent.name, self.invariant, "before")
         for constant in parent.constants:
             variable = core.Variable(type=constant.type, name=constant.name, role="constant", span=constant.span)
             self.scope.add(constant.name, VariableEntry(variable, constant.span))
@@ -221,16 +235,45 @@ class _Builder:
         if parent.initial is not None:
             self.initial = self.initial or []
             self._extend(self.initial, parent.initial)
-        self.operations = inherited_operations(self.operations, dict(parent.operations), self.report)
+        self.operations = inherited_operations(self.operations, self._aligned(parent.operations), self.report)
         for part in parent.processes:
             if part not in self.processes:
                 self.processes.append(part)
+
+    def _adopt(self, name: str, entry: Definition, owner: str) -> None:
+        """Take over what a name stands for in a class; two classes must agree."""
+        first, before = self.types.get(name, (entry, owner))
+        if not _same_definition(first, entry):
+            spans = (_place(entry) or self.tree.span, _place(first) or self.tree.span)
+            self.report(messages.inherited_with_another_meaning(name, *spans, (owner, before)))
+        self.scope.add(name, entry)
+        self.types[name] = entry, owner
+
+    def _one_meaning(self) -> None:
+        """Report names that are of two kinds, such as a constant that a parent has as a variable."""
+        tables: list[dict[str, Span]] = [
+            {name: _place(entry) or self.tree.span for name, (entry, _) in self.types.items()}
+        ]
+        tables += [{d.name: d.span for d in t.values()} for t in (self.constants, self.primary, self.secondary)]
+        seen: dict[str, Span] = {}
+        for table in tables:
+            for name, span in table.items():
+                first = seen.setdefault(name, span)
+                if first != span:
+                    self.report(type_messages.declared_twice(name, first, span))
+
+    def _aligned(self, operations: Mapping[str, core.Operation]) -> dict[str, core.Operation]:
+        """Operations with their parameters called as the channels of this class call them."""
+        return {name: _called(operation, self.channels[name].parameters) for name, operation in operations.items()}
 
     def _extend(self, terms: list[core.Term], more: Sequence[core.Term]) -> None:
         """Add conjuncts; one that came by another way already is not repeated."""
         terms.extend(term for term in more if term not in terms)
 
-    def _merge(self, own: dict[str, D], inherited: Sequence[D], parent: str) -> None:
+    def _merge(
+        self, own: dict[str, D], inherited: Sequence[D], parent: str, known: list[core.Term], role: core.Role
+    ) -> None:
+        """Add what a parent declares; what two parents declare lies in both sets, which *known* is told."""
         for declared in inherited:
             first = own.setdefault(declared.name, declared)
             if first.type != declared.type:
@@ -239,12 +282,16 @@ class _Builder:
                         declared.name, parent, str(first.type), str(declared.type), first.span, declared.span
                     )
                 )
+            elif shape(first.carrier) != shape(declared.carrier):
+                self._extend(known, [_member(declared, role)])
 
     def _merge_channel(self, channel: core.Channel) -> None:
         first = self.channels.setdefault(channel.name, channel)
         if _types(first) != _types(channel):
             shown = (_shown(first), _shown(channel))
             self.report(messages.inherited_differently(channel.name, channel.owner, *shown, first.span, channel.span))
+        else:
+            self.channels[channel.name] = _narrowed(first, channel)
 
     def _renamed(self, parent: core.ClassModel, inherit: s.Inherit) -> core.ClassModel:
         """A parent with channels and methods called as the child wishes."""
@@ -275,8 +322,8 @@ class _Builder:
         for paragraph in self.tree.paragraphs:
             for name in _type_names(paragraph):
                 entry = self.scope.own(name)
-                if isinstance(entry, SetEntry):
-                    self.types[name] = entry
+                if isinstance(entry, SetEntry | GenericEntry | ConstructorEntry):
+                    self._adopt(name, entry, self.tree.name)
         for constant in inner.constants:
             inherited = self.constants.get(constant.name)
             if inherited is not None and inherited.type != constant.type:
@@ -290,6 +337,8 @@ class _Builder:
                         inherited.span,
                     )
                 )
+            elif inherited is not None and shape(inherited.carrier) != shape(constant.carrier):
+                self._extend(self.axioms, [_member(inherited, "constant")])
             self.constants[constant.name] = constant
         self._extend(self.axioms, inner.axioms)
 
@@ -334,6 +383,8 @@ class _Builder:
                         declared.name, before.owner, _shown(channel), _shown(before), declared.span, before.span
                     )
                 )
+            elif before is not None:
+                channel = _narrowed(channel, before)
             self.channels[declared.name] = channel
 
     def _state(self) -> None:
@@ -358,9 +409,9 @@ class _Builder:
                                 before.span,
                             )
                         )
-                    if before is not None and before.carrier != declared.carrier:
+                    elif before is not None and shape(before.carrier) != shape(declared.carrier):
                         # What is declared again must lie in both sets.
-                        self.invariant.append(_member(before))
+                        self._extend(self.invariant, [_member(before, "before")])
                     inherited[name] = declared
         for declared in (*self.primary.values(), *self.secondary.values()):
             secondary = declared.name in self.secondary
@@ -390,8 +441,39 @@ class _Builder:
                 self.report(messages.not_visible(name.name, self.tree.name, name.span, near))
 
 
-def _member(declared: core.Declared) -> core.Term:
-    variable = core.Variable(type=declared.type, name=declared.name, role="before", span=declared.span)
+def _called(operation: core.Operation, parameters: tuple[core.Parameter, ...]) -> core.Operation:
+    """An operation with other names for its parameters, by position."""
+    table = {
+        (old.name, old.kind): new
+        for old, new in zip(operation.parameters, parameters, strict=False)
+        if (old.name, old.kind) != (new.name, new.kind)
+    }
+    if not table:
+        return operation
+
+    def value(variable: core.Variable) -> core.Term | None:
+        new = table.get((variable.name, variable.role))  # type: ignore[arg-type]
+        return None if new is None else replace(variable, name=new.name, role=new.kind)
+
+    return replace(
+        operation,
+        parameters=parameters,
+        guard=tuple([substituted(term, value) for term in operation.guard]),
+        effect=tuple([substituted(term, value) for term in operation.effect]),
+    )
+
+
+def _narrowed(channel: core.Channel, inherited: core.Channel) -> core.Channel:
+    """A channel that is declared again: its values lie in both sets."""
+    parameters = []
+    for own, other in zip(channel.parameters, inherited.parameters, strict=True):
+        same = shape(own.carrier) == shape(other.carrier)
+        parameters.append(own if same else replace(own, carrier=joined_sets("inter", own.carrier, other.carrier)))
+    return replace(channel, parameters=tuple(parameters))
+
+
+def _member(declared: core.Declared, role: core.Role) -> core.Term:
+    variable = core.Variable(type=declared.type, name=declared.name, role=role, span=declared.span)
     return core.Apply(type=core.BOOL, operator="in", operands=(variable, declared.carrier), span=declared.span)
 
 
@@ -403,10 +485,28 @@ def _shown(channel: core.Channel) -> str:
     return f"[{'; '.join(f'{p.name} : {p.type}' for p in channel.parameters)}]"
 
 
+def _same_definition(first: Definition, other: Definition) -> bool:
+    """Whether two classes mean the same by a name."""
+    match first, other:
+        case SetEntry(), SetEntry():
+            return shape(first.term) == shape(other.term)
+        case GenericEntry(), GenericEntry():
+            return first.abbreviation == other.abbreviation
+        case ConstructorEntry(), ConstructorEntry():
+            return first.type == other.type
+    return False
+
+
+def _place(entry: Definition) -> Span | None:
+    return entry.abbreviation.span if isinstance(entry, GenericEntry) else entry.span
+
+
 def _type_names(paragraph: s.Paragraph) -> list[str]:
     match paragraph:
         case s.GivenTypes():
             return [name.name for name in paragraph.names]
-        case s.FreeType() | s.Abbreviation() | s.Schema():
+        case s.FreeType():
+            return [paragraph.name, *[branch.name for branch in paragraph.branches]]
+        case s.Abbreviation() | s.Schema():
             return [paragraph.name]
     return []

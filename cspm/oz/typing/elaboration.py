@@ -49,11 +49,6 @@ class Elaborated:
                 raise ScriptError(wrong.diagnostic) from None
 
 
-def has_paragraphs(script: syntax.Script) -> bool:
-    """Whether a script has an Object-Z part at all."""
-    return any(isinstance(declaration, s.Paragraph) for declaration in flat(script.declarations))
-
-
 def elaborate(script: syntax.Script) -> Elaborated:
     """The specification that the Object-Z part of a script is.
 

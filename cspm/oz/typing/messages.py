@@ -62,18 +62,25 @@ def not_in_delta(name: str, span: Span, delta: Span | None) -> Diagnostic:
 @mistake(
     "CSP641",
     "a variable in the Delta-list is never primed",
-    explanation="Such a variable gets any value that its type and the invariant allow, which is seldom meant.",
+    explanation=(
+        "Such a variable gets any value that its carrier and the invariant allow, which is seldom meant. Where the "
+        "invariant says how it follows from other variables nothing is amiss, and nothing is said; such a variable may "
+        "also be declared behind `Delta` in the state, and needs no mention in any operation then."
+    ),
     example=_counter("x' = x + 1", delta="x, y"),
     repair=_counter("x' = x + 1"),
 )
-def never_primed(name: str, span: Span) -> Diagnostic:
-    """A variable of the Delta-list about whose new value nothing is said."""
+def never_primed(name: str, span: Span, *, bounded: bool) -> Diagnostic:
+    """A variable of the Delta-list about whose new value nothing is said.
+
+    *bounded*: the invariant speaks of it, but not of how it follows from other variables.
+    """
     return Diagnostic(
         "CSP641",
         f"`{name}` is in the Delta-list, but nothing says what `{name}'` is",
         span,
         Severity.WARNING,
-        annotation="gets any value",
+        annotation="gets any value that the invariant allows" if bounded else "gets any value",
         help=f"say what `{name}'` is, or take `{name}` out of the list",
     )
 
@@ -412,6 +419,18 @@ def inherited_differently(name: str, parent: str, found: str, inherited: str, sp
         f"`{name}` is of type `{found}` here and `{inherited}` in `{parent}`",
         span,
         labels=(Label(other, f"in `{parent}`"),),
+    )
+
+
+def inherited_with_another_meaning(name: str, span: Span, other: Span, where: tuple[str, str]) -> Diagnostic:
+    """A name that stands for one thing in one class and for another in the other; *where*: the classes."""
+    return Diagnostic(
+        "CSP657",
+        f"`{name}` of `{where[0]}` is something else in `{where[1]}`",
+        span,
+        annotation=f"here in `{where[0]}`",
+        labels=(Label(other, f"here in `{where[1]}`"),),
+        help="a class has one meaning for each name: rename one of them",
     )
 
 

@@ -9,15 +9,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
+from typing import Literal
 
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.oz import core, syntax as s
-from cspcheck.cspm.oz.core import BOOL, Apply, Term, Variable
+from cspcheck.cspm.oz.core import BOOL, Apply, Constant, Term, Variable
 from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
 from cspcheck.cspm.oz.typing.scopes import FailedEntry, ParameterEntry, Scope, StateEntry, mentioned
 from cspcheck.cspm.oz.typing.typing import Typing
 from cspcheck.cspm.oz.typing.typing_operators import Wrong
 from cspcheck.cspm.oz.values.substitution import renamed_variables
+from cspcheck.cspm.oz.values.terms import free_variables, shape
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.spelling import suggestions
 
@@ -27,11 +29,16 @@ PREFIXES = ("com_", "enable_", "effect_")
 
 @dataclass(frozen=True)
 class Box:
-    """A schema by itself: what it may change, its parameters, its predicates."""
+    """A schema by itself: what it may change, its parameters, its predicates.
+
+    ``declared`` are the predicates that its declarations are: each parameter is in the set that it is declared with.
+    They are kept apart from the others because most only repeat what the channel says.
+    """
 
     name: str
     delta: tuple[str, ...]
     parameters: tuple[core.Parameter, ...]
+    declared: tuple[Apply, ...]
     predicates: tuple[Term, ...]
     span: Span
 
@@ -142,13 +149,21 @@ class Boxes:
         else:
             form = "guarded" if guard is not None else "effect"
         delta = dict.fromkeys(name for box in boxes.values() for name in box.delta)
+        asked: list[Term] = []
+        done: list[Term] = []
+        if guard is not None:
+            declared = _beyond(guard, channel)
+            asked += [*[d for d in declared if _subject(d).role != "output"], *guard.predicates]
+            done += [d for d in declared if _subject(d).role == "output"]
+        if effect is not None:
+            done += [*_beyond(effect, channel), *effect.predicates]
         return core.Operation(
             name=event,
             form=form,  # type: ignore[arg-type]
             parameters=channel.parameters,
             delta=tuple(delta),
-            guard=() if guard is None else guard.predicates,
-            effect=() if effect is None else effect.predicates,
+            guard=tuple(asked),
+            effect=tuple(done),
             spans=tuple([box.span for box in boxes.values()]),
         )
 
@@ -161,7 +176,7 @@ class Boxes:
             for parameter in box.parameters:
                 declared = parameters.get(parameter.name)
                 if declared is None and adopts:
-                    parameters[parameter.name] = parameter
+                    parameters[parameter.name] = replace(parameter, carrier=self._closed(parameter))
                 elif declared is None:
                     near = suggestions(parameter.name, parameters)
                     self._report(messages.parameter_not_of_channel(parameter.name, event, parameter.span, near))
@@ -176,6 +191,33 @@ class Boxes:
         channel = replace(channel, parameters=tuple(parameters.values()))
         self.channels[event] = channel
         return channel
+
+    def _closed(self, parameter: core.Parameter) -> Term:
+        """The set that a parameter is declared with, for any state: what the fields of its channel carry."""
+        used = {name for name, role in free_variables(parameter.carrier) if role == "before"}
+        if not used:
+            return parameter.carrier
+        table: dict[str, Variable] = {}
+        binders: list[core.Binder] = []
+        for name in [name for name in self._states if name in used]:
+            declared = self._states[name]
+            binders.append(self._bound(name, declared.type, declared.carrier))
+            table[name] = Variable(type=declared.type, name=binders[-1].name, role="bound", span=parameter.span)
+        carrier = renamed_variables(parameter.carrier, "before", table)
+        binders.append(self._bound(parameter.name, parameter.type, carrier))
+        value = Variable(type=parameter.type, name=binders[-1].name, role="bound", span=parameter.span)
+        return core.Comprehension(
+            type=core.SetType(parameter.type),
+            kind="set",
+            binders=tuple(binders),
+            condition=Constant(type=BOOL, value=True),
+            body=value,
+            span=parameter.carrier.span,
+        )
+
+    def _bound(self, name: str, type_: core.Type, carrier: Term) -> core.Binder:
+        """A binder with a name of its own."""
+        return core.Binder(f"{name}%{self.tree.name}%{next(self._fresh)}", type_, carrier, name)
 
     # --- boxes ------------------------------------------------------------------------------------------------
 
@@ -226,7 +268,8 @@ class Boxes:
                 self._report(wrong.diagnostic)
         if place == "effect":
             self._discipline(schema, delta, inner)
-        box = Box(schema.name, delta, tuple(parameters), tuple(predicates), schema.span)
+        declared = tuple([_declared(parameter) for parameter in parameters])
+        box = Box(schema.name, delta, tuple(parameters), declared, tuple(predicates), schema.span)
         self._boxes[schema.name] = box
         return box
 
@@ -267,7 +310,12 @@ class Boxes:
             # An operation about which nothing is said is a black box; one about which something is said is not.
             for listed in schema.delta or ():
                 if listed.name in delta and listed.name not in primed and listed.name not in forgotten:
-                    self._report(messages.never_primed(listed.name, listed.span))
+                    spoken = [n for n in map(self._states_in, self._invariant) if listed.name in n]
+                    if all(len(names) == 1 for names in spoken):
+                        self._report(messages.never_primed(listed.name, listed.span, bounded=bool(spoken)))
+
+    def _states_in(self, term: Term) -> set[str]:
+        return {name for name, role in free_variables(term) if role == "before"}
 
     # --- expressions over operations --------------------------------------------------------------------------
 
@@ -298,18 +346,35 @@ class Boxes:
         delta = tuple(dict.fromkeys((*left.delta, *right.delta)))
         parameters = {p.name: p for p in left.parameters}
         for parameter in right.parameters:
-            first = parameters.setdefault(parameter.name, parameter)
-            if (first.type, first.kind) != (parameter.type, parameter.kind):
+            first = parameters.get(parameter.name)
+            if first is None:
+                parameters[parameter.name] = parameter
+            elif (first.type, first.kind) != (parameter.type, parameter.kind):
                 types = (str(parameter.type), str(first.type))
                 raise Wrong(messages.parameter_type(parameter.name, name, *types, parameter.span, first.span))
+            elif shape(first.carrier) != shape(parameter.carrier):
+                how = "union" if name == "choice" else "inter"
+                parameters[parameter.name] = replace(first, carrier=joined_sets(how, first.carrier, parameter.carrier))
+        declared = tuple({shape(d): d for d in (*left.declared, *right.declared)}.values())
         if name == "and":
             predicates: tuple[Term, ...] = (*left.predicates, *right.predicates)
         elif name == "choice":
-            both = [core.conjunction((*box.predicates, *self._kept(delta, box)), box.span) for box in (left, right)]
+            # What only one alternative declares holds in that alternative.
+            shapes = [{shape(d) for d in box.declared} for box in (left, right)]
+            declared = tuple([d for d in declared if all(shape(d) in known for known in shapes)])
+            common = set(map(shape, declared))
+            both = []
+            for box in (left, right):
+                own = [d for d in box.declared if shape(d) not in common]
+                both.append(core.conjunction((*own, *box.predicates, *self._kept(delta, box)), box.span))
             predicates = (Apply(type=BOOL, operator="or", operands=tuple(both), span=span),)
         else:
-            predicates = (self._sequence(left, right, delta, span),)
-        return Box(name, delta, tuple(parameters.values()), predicates, span)
+            # What the second operation declares is about the state between.
+            between = [d for d in right.declared if any(role == "before" for _, role in free_variables(d))]
+            declared = tuple([d for d in declared if d in left.declared or d not in between])
+            second = replace(right, predicates=(*between, *right.predicates))
+            predicates = (self._sequence(left, second, delta, span),)
+        return Box(name, delta, tuple(parameters.values()), declared, predicates, span)
 
     def _kept(self, delta: tuple[str, ...], box: Box) -> Iterator[Term]:
         """That variables of a joint Delta-list which one operation does not change keep their values."""
@@ -330,9 +395,8 @@ class Boxes:
         between = [*delta, *sorted(self._secondary)]
         for name in between:
             declared = self._states[name]
-            unique = f"{name}%{self.tree.name}%{next(self._fresh)}"
-            middle[name] = Variable(type=declared.type, name=unique, role="bound", span=span)
-            binders.append(core.Binder(unique, declared.type, declared.carrier, name))
+            binders.append(self._bound(name, declared.type, declared.carrier))
+            middle[name] = Variable(type=declared.type, name=binders[-1].name, role="bound", span=span)
         first = [renamed_variables(p, "after", middle) for p in (*left.predicates, *self._kept(delta, left))]
         holds = [renamed_variables(p, "before", middle) for p in self._invariant]
         second = [renamed_variables(p, "before", middle) for p in (*right.predicates, *self._kept(delta, right))]
@@ -344,6 +408,31 @@ class Boxes:
             body=core.conjunction((*first, *second), span),
             span=span,
         )
+
+
+def _declared(parameter: core.Parameter) -> Apply:
+    """The predicate that the declaration of a parameter is."""
+    variable = Variable(type=parameter.type, name=parameter.name, role=parameter.kind, span=parameter.span)
+    return Apply(type=BOOL, operator="in", operands=(variable, parameter.carrier), span=parameter.span)
+
+
+def _subject(declared: Apply) -> Variable:
+    """The parameter that a declaration is about."""
+    variable = declared.operands[0]
+    assert isinstance(variable, Variable)
+    return variable
+
+
+def _beyond(box: Box, channel: core.Channel) -> list[Apply]:
+    """The declarations of a schema that say something else than those of the channel do."""
+    known = {p.name: shape(p.carrier) for p in channel.parameters}
+    return [d for d in box.declared if known.get(_subject(d).name) not in (None, shape(d.operands[1]))]
+
+
+def joined_sets(operator: Literal["inter", "union"], left: Term, right: Term) -> Term:
+    """Two declared sets as one, in an order that does not depend on which of them was declared first."""
+    first, second = sorted((left, right), key=lambda term: str(shape(term)))
+    return Apply(type=left.type, operator=operator, operands=(first, second), span=left.span)
 
 
 _SIGNS = {"input": "?", "output": "!", "simple": ""}

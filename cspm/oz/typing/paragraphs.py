@@ -152,9 +152,15 @@ class Paragraphs:
             carrier = None if branch.argument is None else self.typing.carrier(branch.argument, self.scope)
             branches.append((branch.name, carrier))
             self.scope.add(branch.name, ConstructorEntry(branch.name, type_, carrier, branch.span))
+        self._once(paragraph.name, self.frees.get(paragraph.name), paragraph.span)
         self.frees[paragraph.name] = core.FreeDefinition(
             name=paragraph.name, branches=tuple(branches), span=paragraph.span
         )
+
+    def _once(self, name: str, known: core.FreeDefinition | core.RecordDefinition | None, span: Span) -> None:
+        """Types are told apart by their names, wherever they are declared: two of one name are a mistake."""
+        if known is not None and known.span != span:
+            self.report(type_messages.declared_twice(name, known.span, span))
 
     def _schema(self, paragraph: s.Schema) -> None:
         fields = tuple(self.declared(paragraph.declarations, self.scope))
@@ -165,6 +171,7 @@ class Paragraphs:
             inner.add(field.name, VariableEntry(variable, field.span))
         predicates = self.predicates(paragraph.predicates, inner, "record")
         initial = None if paragraph.initial is None else self.predicates(paragraph.initial, inner, "initial")
+        self._once(paragraph.name, self.records.get(paragraph.name), paragraph.span)
         self.records[paragraph.name] = core.RecordDefinition(
             name=paragraph.name, fields=fields, predicates=predicates, initial=initial, span=paragraph.span
         )

@@ -32,7 +32,7 @@ from cspcheck.cspm.oz.core import (
     Variable,
 )
 from cspcheck.cspm.oz.processes import messages as messages
-from cspcheck.cspm.oz.values.carriers import Carrier, Frame, TooLarge, Unbounded, Undefined
+from cspcheck.cspm.oz.values.carriers import Frame, TooLarge, Unbounded, Undefined
 from cspcheck.cspm.oz.values.readings import Readings
 from cspcheck.cspm.oz.values.terms import Name, free_variables, show_term
 from cspcheck.cspm.oz.values.values import Construction, Graph, show
@@ -409,15 +409,6 @@ def _all_or_any(tests: Sequence[Test], deciding: bool) -> Test:
         return not deciding
 
     return decide
-
-
-def as_carrier(term: Term, value: Any) -> Carrier:
-    """A set value with the operations of a carrier."""
-    if isinstance(value, Carrier):
-        return value
-    from cspcheck.cspm.oz.values.values import in_order
-
-    return Carrier(term, value.__contains__, lambda: in_order(value), True)
 
 
 __all__ = ["Code", "Evaluator", "Fraction", "Graph", "Scope", "Test", "TooLarge", "Unbounded", "Undefined"]

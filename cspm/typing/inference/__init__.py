@@ -12,8 +12,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
-from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
+from cspcheck.cspm.diagnostics import Diagnostic, ScriptError, Severity
 from cspcheck.cspm.naming.symbols import Names, Symbol
 from cspcheck.cspm.recursion import deep_recursion
 from cspcheck.cspm.syntax import tree as syntax
@@ -145,14 +146,25 @@ class _Inference(ModuleRules):
                         self.check_dots()
                         return None
                     case syntax.PrintDeclaration():
-                        self.level = depth + 1
-                        self.settle(self.infer(node.expression), node.expression, "the expression")
+                        if node.span not in self.names.unprintable:
+                            self.level = depth + 1
+                            self._printed(node)
                         return None
             self.group(group, group[0].depth)
         except Rejected as rejected:
             del self.undecided[mark:]
             return rejected.diagnostic
         return None
+
+    def _printed(self, node: syntax.PrintDeclaration) -> None:
+        """Infer what is only printed: a mistake in it stops nothing."""
+        mark = len(self.undecided)
+        try:
+            self.settle(self.infer(node.expression), node.expression, "the expression")
+        except Rejected as rejected:
+            del self.undecided[mark:]
+            self.warnings.append(replace(rejected.diagnostic, severity=Severity.WARNING))
+            self.names.unprintable.add(node.span)
 
     def _compared(self) -> Iterator[Diagnostic]:
         """Comparisons of datatypes that turned out to have no equality."""

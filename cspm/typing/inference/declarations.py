@@ -14,8 +14,10 @@ from cspcheck.cspm.typing.inference.dependencies import Unit, components, declar
 from cspcheck.cspm.typing.inference.views import decide_equality
 from cspcheck.cspm.typing.types import (
     COMPLETE,
+    EQ,
     EVENT,
     INT,
+    Constraints,
     Datatype,
     Dot,
     Function,
@@ -241,14 +243,17 @@ class DeclarationRules(AnnotationRules):
         self.agree(SetOf(element), head, node, place)
         return element
 
-    def _fields(self, node: syntax.Expr | None, place: str) -> list[Type]:
-        """The types of the fields that a declaration gives to a channel or constructor."""
+    def _fields(self, node: syntax.Expr | None, place: str, constraints: Constraints = 0) -> list[Type]:
+        """The types of the fields that a declaration gives to a channel or constructor.
+
+        They are complete, and satisfy *constraints*: events must be comparable, datatype values need not.
+        """
         if node is None:
             return []
         whole = self.settle(self._elements(node, self.infer(node), place), node, place)
         fields = parts(whole)
         for field in fields:
-            self.require(COMPLETE, field, node, place)
+            self.require(COMPLETE | constraints, field, node, place)
         return fields
 
     def _declare(self, symbol: Symbol, type_: Type, node: syntax.Node) -> None:
@@ -266,7 +271,7 @@ class DeclarationRules(AnnotationRules):
         self.agree(annotated, type_, node, f"`{symbol.name}`, as annotated,")
 
     def _channel(self, node: syntax.ChannelDeclaration) -> None:
-        fields = self._fields(node.fields, "a channel's field")
+        fields = self._fields(node.fields, "a channel's field", EQ)
         for name in node.names:
             self._declare(self.names.symbol(name), dotable(fields, EVENT), name)
 

@@ -279,7 +279,6 @@ class TestTheFolderOfMachineCode:
     def test_is_told_of_once(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
         monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
         monkeypatch.setattr(jit, "ENTRIES", ("hash_of",))
-        monkeypatch.setitem(jit.ARRAYS, "rows", np.int64)  # type: ignore[misc]
         told: list[str] = []
         for _ in range(2):
             monkeypatch.setattr(jit, "_forms", {})
@@ -294,7 +293,6 @@ class TestTheFolderOfMachineCode:
         (tmp_path / "file").write_text("")
         monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file"))
         monkeypatch.setattr(jit, "ENTRIES", ("hash_of",))
-        monkeypatch.setitem(jit.ARRAYS, "rows", np.int64)  # type: ignore[misc]
         monkeypatch.setattr(jit, "_forms", {})
         code = jit.kernels(True)
         assert code.hash_of(np.array([5]), 0, 1) == kernels.hash_of([5], 0, 1)

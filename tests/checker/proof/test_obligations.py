@@ -52,6 +52,11 @@ CASES: dict[str, tuple[str, str, list[str]]] = {
         cell(state="n : 0..9", effect="n' = n + 1"),
         ["carrier kept go `n'`"],
     ),
+    "alternative kept": (
+        cell(state="n : 0..9", effect="n = 9 and n' = 0 or n < 9 and n' = n + 1"),
+        cell(state="n : 0..9", effect="n = 9 and n' = 0 or n <= 9 and n' = n + 1"),
+        ["alternative kept go `n <= 9 and n' = n + 1`"],
+    ),
     "guard covers effect": (
         cell(state="n : 0..9", enable="n < 9", effect="n' = n + 1"),
         cell(state="n : int", enable="n < 9", effect="n' = n + 1; n' > 0"),
@@ -164,6 +169,30 @@ class Two
 end
 """
     assert told(findings(text, "feasible", operation="down")) == ["feasible down: proved"]
+
+
+def test_a_variable_that_the_invariant_gives_is_no_mistake() -> None:
+    follows = cell(
+        state="n : nat; odd : bool", invariant="odd = true <=> n mod 2 = 1", delta="n, odd", effect="n' = n + 1"
+    )
+    assert wrong(follows) == []
+    # Of the outcomes that are allowed the invariant leaves some.
+    assert wrong(cell(invariant="n <= 9", effect="n' < n + 3")) == ["deterministic operation go `n'`"]
+    # Here it leaves none at 9.
+    assert wrong(cell(invariant="n <= 9", effect="n' > n", init="n = 0")) == [
+        "invariant preserved go `n <= 9`",
+        "deterministic operation go `n'`",
+    ]
+
+
+def test_an_alternative_is_asked_for_with_the_conditions_around_it() -> None:
+    nested = "n > 3 => (n' = n - 1 or n' = n + 1 and n < 9); n <= 3 => n' = n"
+    assert wrong(cell(state="n : 0..9", effect=nested)) == ["deterministic operation go `n'`"]
+    inside = "if n > 3 then n' = n - 4 else n' = n or n' = n + 7"
+    assert wrong(cell(state="n : 0..9", effect=inside)) == [
+        "alternative kept go `n' = n + 7`",
+        "deterministic operation go `n'`",
+    ]
 
 
 def test_secondary_variables_follow_the_invariant() -> None:

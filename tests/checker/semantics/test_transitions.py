@@ -60,8 +60,10 @@ class TestConstants:
 
     def test_chaos_may_stop_at_any_time(self) -> None:
         chaos = Chaos(events(a, b))
-        assert transitions(chaos) == ((TAU, STOP), (a, chaos), (b, chaos))
-        assert explore(chaos).lts.states == 2
+        offering = Prefix(((a, chaos), (b, chaos)))
+        assert transitions(chaos) == ((TAU, STOP), (TAU, offering))
+        assert explore(chaos).lts.states == 3
+        assert transitions(Chaos(EventSet())) == ((TAU, STOP),)
 
 
 class TestPrefix:

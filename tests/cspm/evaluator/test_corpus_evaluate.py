@@ -126,7 +126,7 @@ def place(diagnostic: Diagnostic) -> tuple[str, int | None]:
 
 
 def mistakes(path: Path, typed: bool) -> list[Diagnostic]:
-    """What is wrong with a script, its assertions and the processes that they reach."""
+    """What is wrong with a script, its assertions and the processes that they reach, and with what it prints."""
     try:
         script = load(path, typecheck=typed)
         for assertion in script.assertions:
@@ -134,7 +134,7 @@ def mistakes(path: Path, typed: bool) -> list[Diagnostic]:
                 unfold_all(term)
     except ScriptError as error:
         return list(error.diagnostics)
-    return []
+    return sorted(script.warnings, key=lambda d: -1 if d.span is None else d.span.start)
 
 
 def operands(script: Script, node: syntax.Assertion) -> list[Process]:

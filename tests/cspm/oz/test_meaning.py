@@ -11,6 +11,7 @@ import pytest
 from hypothesis import event, given, settings, strategies as st
 
 from cspcheck.checker.check import Checker
+from cspcheck.checker.proof.answer import specification_of
 from cspcheck.checker.semantics.transitions import explore
 from cspcheck.checker.verdict import Limits, Verdict
 from cspcheck.cspm.diagnostics import ScriptError
@@ -90,8 +91,7 @@ class BruteForce:
     """The process of a class by its definition: every combination of values is tried."""
 
     def __init__(self, loaded: Script, *, angelic: bool) -> None:
-        assert loaded.specification is not None
-        self.specification = loaded.specification
+        self.specification = specification_of(loaded)
         self.model = self.specification.classes["C"]
         self.events = loaded.events
         self.angelic = angelic

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 import cspcheck.cspm.oz.processes.messages  # noqa: F401 -- registers its mistakes
+from cspcheck.checker.proof.answer import specification_of
 from cspcheck.checker.semantics.transitions import LimitReached, explore
 from cspcheck.checker.verdict import Limits
 from cspcheck.cspm.diagnostics import MISTAKES, ScriptError
@@ -20,8 +21,7 @@ def codes(text: str) -> set[str]:
     source = Source("example.csp", text)
     try:
         script = load(source)
-        assert script.specification is not None
-        for name in script.specification.classes:
+        for name in specification_of(script).classes:
             explore(script.process(name), Limits(states=2_000))
         plain_text(load(source))
     except ScriptError as error:

@@ -108,7 +108,12 @@ class TestLineBreaks:
         "word", ["channel", "datatype", "assert", "print", "let", "if", "not", "external", "exports"]
     )
     def test_count_before_words_that_begin_something(self, word: str) -> None:
-        assert kinds(f"x = y\n{word}").split()[3] == "_NEWLINE"
+        assert kinds(f"x = y\n{word} ").split()[3] == "_NEWLINE"
+
+    def test_print_is_a_word_before_a_blank_only(self) -> None:
+        assert kinds("print x") == "print NAME"
+        assert kinds("print!x") == "NAME ! NAME"
+        assert kinds("channel print:T") == "channel NAME : NAME"
 
     @pytest.mark.parametrize(
         "sign",

@@ -141,7 +141,7 @@ def test_hiding_hides_in_a_whole_prefix() -> None:
     "opening",
     [
         *("if b then P else", "let y = 1 within", "\\ x @", "[] x : S @", "|~| x : S @", "||| x : S @", "; x : s @"),
-        *("[| A |] x : S @", "|| x : S @ [A]", "[+ A +] x : S @", "[a <-> b] x : s @"),
+        *("[| A |] x : S @", "[+ A +] x : S @", "[a <-> b] x : s @"),
     ],
 )
 class TestToTheRight:
@@ -152,6 +152,31 @@ class TestToTheRight:
     def test_can_be_the_last_operand_of_every_operator(self, opening: str) -> None:
         for operator in [*BINARY, "\\", "|\\"]:
             assert same(f"P {operator} {opening} Q", f"P {operator} ({opening} Q)")
+
+
+class TestReplicatedAlphabets:
+    """``|| x : S @ [A] P`` binds like ``[A || B]``."""
+
+    @pytest.mark.parametrize("operator", [o for o in BINARY if LEVEL["->"] < LEVEL[o] < LEVEL["[| A |]"]])
+    @pytest.mark.parametrize("before", ["", "a -> ", "b & ", "P [] ", "P [| X |] ", "P ||| ", "a -> || y : T @ [B] "])
+    def test_takes_in_what_binds_more_tightly(self, before: str, operator: str) -> None:
+        assert same(f"{before}|| x : S @ [A] P {operator} Q", f"{before}(|| x : S @ [A] (P {operator} Q))")
+
+    @pytest.mark.parametrize("operator", ["|||", "\\", "|\\"])
+    @pytest.mark.parametrize("before", ["", "a -> ", "b & ", "P [] ", "P [| X |] ", "a -> || y : T @ [B] "])
+    def test_is_the_left_operand_of_what_binds_less_tightly(self, before: str, operator: str) -> None:
+        assert same(f"{before}|| x : S @ [A] P {operator} Q", f"({before}(|| x : S @ [A] P)) {operator} Q")
+
+    @pytest.mark.parametrize("operator", ["[| X |]", "[ X || Y ]", "[| X |>", "[ a <-> b ]"])
+    def test_does_not_associate_with_its_like(self, operator: str) -> None:
+        assert refusals(f"|| x : S @ [A] P {operator} Q") == {"CSP105"}
+        assert refusals(f"(|| x : S @ [A] P) {operator} Q") == set()
+        assert refusals(f"|| x : S @ [A] (P {operator} Q)") == set()
+        assert refusals(f"P {operator} || x : S @ [A] Q") == set()
+
+    def test_can_end_in_what_reaches_to_the_right(self) -> None:
+        assert same("|| x : S @ [A] if b then P else Q \\ H", "|| x : S @ [A] (if b then P else (Q \\ H))")
+        assert same("P [] || x : S @ [A] c & [] y : T @ Q ||| R", "P [] (|| x : S @ [A] (c & ([] y : T @ (Q ||| R))))")
 
 
 @pytest.mark.parametrize("opening", ["if b then 1 else", "let y = 1 within", "\\ x @"])
