@@ -196,6 +196,15 @@ def _replace(path: Path, text: str) -> None:
         raise
 
 
+def write_whole(path: str | os.PathLike[str], text: str) -> None:
+    """Write a file whole or not at all; a link of that name is replaced, not followed.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    _replace(Path(path), text)
+
+
 def _umask() -> int:
     """The mode bits that the user wants new files not to have."""
     mask = os.umask(0)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -161,3 +163,17 @@ def test_hostile_names_compile(tmp_path: Path) -> None:
     built(tmp_path)
     assert run(tmp_path, 20)[0] == 0
     assert followed(script, "SYSTEM", tmp_path).departure is None
+
+
+@hosted
+def test_the_commands_of_the_page_do_what_it_says(tmp_path: Path) -> None:
+    root = SPECS.parent
+    page = (root / "docs" / "targets.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"```\n(cspcheck gen [^`]*--target freertos.*?)```", page, re.DOTALL)
+    (tmp_path / "specs").symlink_to(SPECS)
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(
+        f"set -e\n{block}", shell=True, cwd=tmp_path, capture_output=True, text=True, env={**os.environ, "PATH": path}
+    )
+    assert done.returncode == 0, done.stderr
+    assert "run.jsonl is a trace of `Repaired(SIGNALS)`: 3,000 events" in done.stdout
