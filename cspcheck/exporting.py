@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from typing import TYPE_CHECKING
 
 from cspcheck.checker.checks.readings import left_in
 from cspcheck.checker.semantics.transitions import LimitReached, explore
@@ -11,21 +12,24 @@ from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.process.terms import Process
 from cspcheck.cspm.script import Script
 
+if TYPE_CHECKING:
+    from cspcheck.cspm.oz.writing.exporting import Exported
+
 MOST_STATES = 200_000
 """A class with more states is no script that anyone would load."""
 
 
-def plain_text(script: Script) -> str:
-    """The script with every class written out; a script without classes as it is.
+def plain_text(script: Script) -> Exported:
+    """The script with its classes written out; a script without classes as it is.
 
     Raises:
         ScriptError: a class has too many states, leaves its finite readings, or cannot be evaluated.
     """
-    from cspcheck.cspm.oz.writing.exporting import plain
+    from cspcheck.cspm.oz.writing.exporting import Exported, plain
     from cspcheck.cspm.printing.printer import print_script
 
     if script.classes is None:
-        return print_script(script.tree)
+        return Exported(print_script(script.tree))
 
     def visit(process: Process) -> str | None:
         try:

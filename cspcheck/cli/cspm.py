@@ -19,7 +19,8 @@ from cspcheck.cli.options import class_options, output_option, script_options
 def command(**options: Any) -> None:
     """Write a script with classes as plain CSPm: every state of a class becomes a process.
 
-    The script that is written has the same verdicts, and the same states up to strong bisimulation.
+    What the assertions use is written, with the same verdicts, and the same states up to strong bisimulation.
+    Assertions about the data of classes (`C :[obligations]`, `A [OZ= C via R`) are left out with a warning.
     """
     from cspcheck.checking import Settings, load
     from cspcheck.cli.streams import Remarks, output_to
@@ -31,11 +32,14 @@ def command(**options: Any) -> None:
 
     settings = Settings(definitions=dict(options["definitions"]), view=options["view"], outputs=options["outputs"])
     try:
-        text = plain_text(load(options["file"], settings))
+        exported = plain_text(load(options["file"], settings))
     except ScriptError as error:
         remarks = Remarks()
         remarks.write(render_diagnostics(error.diagnostics, style_for(remarks.stream, options["color"])))
         finish(Exit.NOT_RUN)
+    if exported.warnings:
+        remarks = Remarks()
+        remarks.write(render_diagnostics(exported.warnings, style_for(remarks.stream, options["color"])))
     with output_to(options["output"]) as output:
-        output.write(text)
+        output.write(exported.text)
     finish(Exit.OK)

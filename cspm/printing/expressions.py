@@ -165,6 +165,8 @@ class Expressions:
     def _range(self, opening: str, closing: str, node: s.SetRange | s.SequenceRange, inside: Place) -> Printing:
         inside = replace(inside, tight=True)
         low = yield node.low, inside
+        if opening == "<" and first_text(low).startswith("-"):
+            low = cat(" ", low)  # `<-` is a word of its own, which not every tool tells from these two
         parts = [low, ".."]
         if node.high is not None:
             parts.append((yield node.high, inside))

@@ -249,7 +249,10 @@ def test_an_interrupt_ends_a_search_and_prints_what_was_finished(folder: Path, e
         out, err = process.communicate(timeout=30)
 
     assert first["verdict"] == "pass"
-    assert (process.returncode, out, err) == (130, "", "")
+    rest = [json.loads(line) for line in out.splitlines()]
+    assert {(result["verdict"], result["reason"]) for result in rest[:-1]} == {("unknown", "interrupted")}
+    assert rest[-1] == {"interrupted": True}
+    assert (process.returncode, err) == (130, "")
 
 
 def test_a_small_script_needs_no_compiler(environment: dict[str, str]) -> None:

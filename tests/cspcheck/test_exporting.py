@@ -73,6 +73,7 @@ assert Both :[deadlock free [F]]
 assert Both :[divergence free]
 assert Both :[has trace]: <a.2.1, b>
 assert Ends ; z -> STOP :[has trace]: <c, z>
+assert Free :[divergence free]
 assert Ends ; z -> STOP :[has trace]: <c, d, z>
 """
 
@@ -113,7 +114,7 @@ assert card({| C::note, data |}) == 11
 def written(text: str, **semantics: str) -> tuple[Script, Script, str]:
     """A script, the script that it becomes, and the text of that."""
     chosen = Semantics(**semantics)  # type: ignore[arg-type]
-    plain = plain_text(load(Source("classes.csp", text), semantics=chosen))
+    plain = plain_text(load(Source("classes.csp", text), semantics=chosen)).text
     return load(Source("classes.csp", text), semantics=chosen), load(Source("plain.csp", plain)), plain
 
 
@@ -185,10 +186,71 @@ def test_the_verb_writes_the_script_or_says_what_is_wrong(tmp_path: Path, capsys
     with pytest.raises(SystemExit) as ended:
         front_door.main(["cspm", str(script), "-o", str(target)], standalone_mode=False)
     assert ended.value.code == 0
-    assert target.read_text() == plain_text(load(script))
+    assert target.read_text() == plain_text(load(script)).text
 
     script.write_text(COUNTERS.replace("n < 3 and ", ""))
     with pytest.raises(SystemExit) as ended:
         front_door.main(["cspm", str(script)], standalone_mode=False)
     assert ended.value.code == 2
     assert "error[CSP686]" in capsys.readouterr().err
+
+
+def test_what_no_assertion_uses_is_left_out_and_may_be_infinite() -> None:
+    wide = """
+given ITEM
+class Wide
+  chan put : [i? : ITEM]
+  method count : [n! : nat]
+  state n : nat; s : seq ITEM
+  init n = 0 and s = <>
+  op put Delta(n, s) i? : ITEM where n' = n + 1 and s' = s ^ <i?>
+end
+Loop = z -> Loop
+"""
+    _, plain, text = written(COUNTERS + wide)
+
+    assert "-- Left out, since no assertion uses it: Wide." in text.splitlines()
+    assert "Loop = z -> Loop" in text.splitlines()
+    assert "Free :[divergence free]" in [a.text for a in plain.assertions]
+
+
+def test_what_only_classes_can_be_asked_is_left_out_with_a_warning() -> None:
+    asked = COUNTERS + "assert Counter :[obligations]\nassert not Counter [OZ= Small\n"
+    exported = plain_text(load(Source("classes.csp", asked)))
+
+    assert [w.code for w in exported.warnings] == ["CSP688", "CSP688"]
+    plain = load(Source("plain.csp", exported.text))
+    assert len(plain.assertions) == len(load(Source("classes.csp", COUNTERS)).assertions)
+    assert "-- only classes have this: assert Counter :[obligations]" in exported.text
+
+
+def test_nothing_is_written_that_other_tools_do_not_read() -> None:
+    text = COUNTERS + "assert not 1 == 2\nassert <-1..1> == <(-1), 0, 1>\n"
+    _, plain, written_text = written(text)
+
+    assert "<-" not in written_text
+    assert "assert if <" not in written_text
+    assert [Checker(plain).check(a.node).verdict.value for a in plain.assertions[-2:]] == ["pass", "pass"]
+    assert not [a for a in plain.assertions if "==" in a.text and ":[divergence free]" not in a.text]
+
+
+def test_events_that_a_class_does_not_declare_are_none_of_its_own() -> None:
+    text = """
+class P
+  chan c : [x? : 0..1]
+  main = c -> main
+end
+class Q
+  chan c : [x! : 0..3]
+  main = c -> SKIP
+  op c x! : 0..3
+end
+assert P :[has trace [T]]: <c.1, c.0>
+-- expect: fail
+assert P :[has trace [T]]: <c.3>
+-- expect: fail
+assert P || Q :[deadlock free]
+"""
+    classes, plain, _ = written(text)
+    for one, other in zip(classes.assertions, plain.assertions, strict=True):
+        assert Checker(classes).check(one.node).verdict is Checker(plain).check(other.node).verdict, one.text

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cspcheck.cspm.diagnostics import Diagnostic, Label, mistake
+from cspcheck.cspm.diagnostics import Diagnostic, Label, Severity, mistake
 from cspcheck.cspm.source import Span
 
 
@@ -265,3 +265,34 @@ def too_many_tried(most: int) -> Diagnostic:
         f"more than {most:,} combinations of values would have to be tried",
         help="let equations or inequalities say more of the variables, or take smaller sets",
     )
+
+
+@mistake(
+    "CSP688",
+    "an assertion about the data of classes is no assertion of CSPm",
+    explanation="""
+`cspcheck cspm` writes a script for tools that know nothing of Object-Z. What they cannot be asked (proof obligations,
+data refinement, subclasses) is left out of the script that is written, and stands there in a comment.
+""",
+    example="""
+class C
+  chan tick
+  state n : 0..3
+  init n = 0
+  op com_tick Delta(n) where n' = (n + 1) mod 4
+end
+assert C :[obligations]
+""",
+    repair="""
+class C
+  chan tick
+  state n : 0..3
+  init n = 0
+  op com_tick Delta(n) where n' = (n + 1) mod 4
+end
+assert C :[deadlock free]
+""",
+)
+def assertion_left_out(text: str, span: Span | None) -> Diagnostic:
+    """An assertion that is not written."""
+    return Diagnostic("CSP688", f"`assert {text}` is left out: CSPm cannot say it", span, Severity.WARNING)

@@ -353,7 +353,7 @@ class Boxes:
                 types = (str(parameter.type), str(first.type))
                 raise Wrong(messages.parameter_type(parameter.name, name, *types, parameter.span, first.span))
             elif shape(first.carrier) != shape(parameter.carrier):
-                how = "union" if name == "choice" else "inter"
+                how: Literal["inter", "union"] = "union" if name == "choice" else "inter"
                 parameters[parameter.name] = replace(first, carrier=joined_sets(how, first.carrier, parameter.carrier))
         declared = tuple({shape(d): d for d in (*left.declared, *right.declared)}.values())
         if name == "and":

@@ -5,28 +5,33 @@ chosen before an event, after-states behind it. Which states there are is found 
 equations stay as they are written, beside the data on the events of both; types, channels and constants become what
 their finite readings say. Names of members are written with an underscore: ``Producer::make`` becomes
 ``Producer_make``.
+
+Where there are assertions of CSPm, what they use is written, and whatever else CSPm has; a class that none of them uses
+is left out. Assertions that only classes have are left out with a warning.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any, TypeVar
 
-from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
 from cspcheck.cspm.evaluator.core import Evaluator
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.naming.symbols import Symbol
+from cspcheck.cspm.oz import syntax as oz
 from cspcheck.cspm.oz.processes import messages as messages
 from cspcheck.cspm.oz.processes.classes import context_of
 from cspcheck.cspm.oz.processes.evaluating import Composition, shared_channels
 from cspcheck.cspm.oz.processes.meaning import DataPart
 from cspcheck.cspm.oz.processes.nodes import CarrierSet, ClassModule, ClassProcess, ConstantValue
+from cspcheck.cspm.oz.writing.reached import Reach, flat
 from cspcheck.cspm.printing.printer import print_assertion, print_expression
 from cspcheck.cspm.process import terms as process
 from cspcheck.cspm.process.events import EventSet
 from cspcheck.cspm.process.terms import Process, Reference
-from cspcheck.cspm.script import Script
+from cspcheck.cspm.script import Assertion as ScriptAssertion, Script
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.syntax.tree import Declaration, Expr, Name, Node
 from cspcheck.cspm.values.dots import Dotted
@@ -35,9 +40,19 @@ from cspcheck.cspm.values.sets import Set
 from cspcheck.cspm.values.values import Boolean, Map, Real, Sequence as Items
 
 N = TypeVar("N", bound=Node)
+_OF_CLASSES = (oz.Obligations, oz.DataRefinement, oz.Subtype)
+"""Assertions about the data of classes, of which CSPm knows nothing."""
 
 
-def plain(script: Script, explore: Callable[[Process], str | None], *, title: str) -> str:
+@dataclass(frozen=True, slots=True)
+class Exported:
+    """A script as plain CSPm, and what it lacks."""
+
+    text: str
+    warnings: tuple[Diagnostic, ...] = ()
+
+
+def plain(script: Script, explore: Callable[[Process], str | None], *, title: str) -> Exported:
     """The script without classes.
 
     Args:
@@ -48,7 +63,7 @@ def plain(script: Script, explore: Callable[[Process], str | None], *, title: st
     Raises:
         ScriptError: a class cannot be explored, or leaves its finite readings.
     """
-    return _Export(script, explore).text(title)
+    return _Export(script, explore).whole(title)
 
 
 class _Export:
@@ -60,26 +75,40 @@ class _Export:
         self.frame: Frame = script.outermost
         self.reals: dict[Real, str] = {}
 
-    def text(self, title: str) -> str:
+    def whole(self, title: str) -> Exported:
+        """The script, with a comment at the top."""
+        kept: list[ScriptAssertion] = []
+        dropped: list[ScriptAssertion] = []
+        for assertion in self.script.assertions:
+            (dropped if isinstance(_claim(assertion.node), _OF_CLASSES) else kept).append(assertion)
+        declarations = list(flat(self.script.tree.declarations))
+        reach = Reach(declarations, self.names)
+        wanted = reach.of(assertion.node for assertion in kept)
         chunks: list[str] = []
-        for declaration in self.script.tree.declarations:
+        owners: list[str] = []
+        left: list[str] = []
+        for declaration in declarations:
+            if kept and id(declaration) not in wanted and reach.of_classes(declaration):
+                left += [declaration.name] if isinstance(declaration, ClassModule) else []
+                continue
+            owners += [declaration.name] if isinstance(declaration, ClassModule) else []
             chunks.extend(self._declaration(declaration))
-        assertions = [self._assertion(assertion) for assertion in self.script.assertions]
+        assertions = [self._assertion(assertion) for assertion in kept]
+        assertions += [f"-- only classes have this: assert {assertion.text}" for assertion in dropped]
         head = [f"-- {title} as plain CSPm, written by `cspcheck cspm`."]
-        owners = [m.name for m in self._modules()]
         context = context_of(self.script)
         assert context is not None
         used = context.used([None, *owners])
         head += [f"-- Finite readings: {'; '.join(used)}."] if used else []
         if context.control:
             head.append("-- The control view: data dropped.")
+        if left:
+            head.append(f"-- Left out, since no assertion uses it: {', '.join(left)}.")
         if self.reals:
             values = " | ".join(self.reals.values())
             chunks.insert(0, f"datatype Real_ = {values}")
-        return "\n\n".join(["\n".join(head), *chunks, *assertions]) + "\n"
-
-    def _modules(self) -> list[ClassModule]:
-        return [d for d in self.script.tree.declarations if isinstance(d, ClassModule)]
+        text = "\n\n".join(["\n".join(head), *chunks, *assertions]) + "\n"
+        return Exported(text, tuple([messages.assertion_left_out(a.text, a.node.span) for a in dropped]))
 
     # --- declarations --------------------------------------------------------------------------------------------
 
@@ -95,9 +124,6 @@ class _Export:
                 found = self._value(body)
                 if isinstance(found, Set) and found.is_finite():
                     yield f"{pattern.text} = {self._literal(found)}"
-            case syntax.IncludeDeclaration():
-                for inner in declaration.declarations:
-                    yield from self._declaration(inner)
             case _:
                 yield self._printed(declaration)
 
@@ -106,7 +132,7 @@ class _Export:
 
     def _assertion(self, assertion: Any) -> str:
         expected = "" if assertion.expected is None else f"-- expect: {assertion.expected}\n"
-        return f"{expected}assert {print_assertion(self._plain(assertion.node))}"
+        return f"{expected}assert {print_assertion(_of_processes(self._plain(assertion.node)))}"
 
     # --- trees ---------------------------------------------------------------------------------------------------
 
@@ -264,6 +290,9 @@ class _Export:
             else:
                 control = main
             known.update(mentioned)
+        foreign = composition.foreign()
+        if control and foreign:
+            control = f"({control} [| {self._events(foreign)} |] SKIP)"
         operations = list(node.model.operations)
         chunks: list[str] = []
         done = f"{name}_done"
@@ -327,6 +356,26 @@ class _Export:
         if isinstance(term, process.InternalChoice):
             return "(" + " |~| ".join(self._choice(name, operand, numbers) for operand in term.operands) + ")"
         return self._term(name, term, numbers)
+
+
+def _claim(node: syntax.Assertion) -> syntax.Assertion:
+    while isinstance(node, syntax.NotAssertion):
+        node = node.inner
+    return node
+
+
+def _of_processes(node: syntax.Assertion) -> syntax.Assertion:
+    """The assertion; a Boolean one, which FDR does not read, as one about a process that diverges where it is false."""
+    match node:
+        case syntax.NotAssertion():
+            return replace(node, inner=_of_processes(node.inner))
+        case syntax.BooleanAssertion():
+            span = node.span
+            then, otherwise = Name(span=span, parts=("STOP",)), Name(span=span, parts=("DIV",))
+            chosen = syntax.If(span=span, condition=node.condition, then=then, otherwise=otherwise)
+            whole = syntax.Paren(span=span, inner=chosen)
+            return syntax.Property(span=span, process=whole, kind="divergence free")
+    return node
 
 
 def _process_of(module: ClassModule) -> ClassProcess:

@@ -23,12 +23,12 @@ def codes(text: str) -> set[str]:
         script = load(source)
         for name in specification_of(script).classes:
             explore(script.process(name), Limits(states=2_000))
-        plain_text(load(source))
+        exported = plain_text(load(source))
     except ScriptError as error:
         return {diagnostic.code for diagnostic in error.diagnostics}
     except LimitReached:
         return {"too many states"}
-    return set()
+    return {warning.code for warning in exported.warnings}
 
 
 @pytest.mark.parametrize("code", CODES)
