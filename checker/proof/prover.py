@@ -5,10 +5,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable
 
+from cspcheck.checker.proof.client import Solver
 from cspcheck.checker.proof.finding import Finding, Severity, Status
 from cspcheck.checker.proof.question import Answer, Found, Impossible, NotUpTo, Part, Question, Settings, Unanswered
 from cspcheck.checker.proof.situation import Situation
-from cspcheck.checker.proof.solver import Solver
 from cspcheck.checker.proof.terms import all_of, negation
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Term, Variable

@@ -44,7 +44,7 @@ def command(**options: Any) -> None:
     from cspcheck.messages import cannot_write, monitor_too_large
     from cspcheck.result import Exit
 
-    script = load(options["file"], Settings(definitions=definitions(options)))
+    script = load(options["file"], Settings(definitions=definitions(options), include_roots=options["include_roots"]))
     process, folder = options["process"], options["output"]
     follower = Follower(script, script.process(process))
     try:

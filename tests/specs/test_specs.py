@@ -11,6 +11,8 @@ from cspcheck.checker.semantics.transitions import explore
 from cspcheck.cspm.oz.processes.classes import specification_of
 from tests.specs.table import BEGIN, SPECS, as_it_should_be, readmes, results, scripts, systems, without_times
 
+pytestmark = pytest.mark.slow
+
 SCRIPTS = scripts(SPECS)
 
 WHOLE_MACHINES = {
