@@ -17,10 +17,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from _pytest._code.code import ReprFileLocation, TerminalRepr
 
 if TYPE_CHECKING:
+    from _pytest._io import TerminalWriter
+
     from cspcheck.api import Script
     from cspcheck.checking import GuardedChecker, Settings
+    from cspcheck.cli.interrupt import Interrupts
     from cspcheck.cspm import script
     from cspcheck.result import Result
 
@@ -166,6 +170,7 @@ class ScriptFile(pytest.File):
 
     _loaded: script.Script
     _checker: GuardedChecker | None = None
+    _interrupts: Interrupts
 
     def collect(self) -> Iterator[AssertionItem]:
         """One item for each assertion; a second one with the same text has its line in its name."""
@@ -192,10 +197,16 @@ class ScriptFile(pytest.File):
     def check(self, assertion: script.Assertion) -> Result:
         """The answer to one of the assertions."""
         from cspcheck.checking import NoWatch, check, checker_for
+        from cspcheck.cli.interrupt import Interrupts
 
         if self._checker is None:
-            self._checker = checker_for(self._loaded, _settings(self.config, self.path), NoWatch())
-        return check(self._checker, assertion)
+            watch = NoWatch()
+            self._interrupts = Interrupts()
+            # A search tells now and then where it is: a chance to see that Ctrl-C was pressed.
+            watch.progress = lambda progress: self._interrupts.poll()  # type: ignore[method-assign]
+            self._checker = checker_for(self._loaded, _settings(self.config, self.path), watch)
+        with self._interrupts:
+            return check(self._checker, assertion)
 
 
 class AssertionItem(pytest.Item):
@@ -219,7 +230,7 @@ class AssertionItem(pytest.Item):
             from cspcheck.report.full import explain
             from cspcheck.report.style import Style
 
-            return explain(excinfo.value.result, Style(color=_has_color(self.config)))
+            return _Told(explain(excinfo.value.result, Style(color=_has_color(self.config))), excinfo.value)
         if isinstance(excinfo.value, Exception):
             return _internal(excinfo.value, f"checking `{self.name}`", self.config)
         return super().repr_failure(excinfo, style)
@@ -229,11 +240,28 @@ class AssertionItem(pytest.Item):
         return self.path, self._assertion.span.line - 1, f"{self.path.name}::{self.name}"
 
 
+class _Told(TerminalRepr):
+    """What is shown of a failure; pytest's line about it in the summary is the sentence alone."""
+
+    def __init__(self, text: str, error: NotAsExpected) -> None:
+        self._text = text
+        self.reprcrash = ReprFileLocation(error.result.file, error.result.line, str(error))
+
+    def __str__(self) -> str:
+        return self._text
+
+    def toterminal(self, tw: TerminalWriter) -> None:
+        """Write it."""
+        tw.line(self._text)
+
+
 class NotAsExpected(Exception):
     """An assertion whose verdict is not the one that the script expects."""
 
     def __init__(self, result: Result) -> None:
-        super().__init__(f"{result.assertion}: {result.verdict}")
+        from cspcheck.report.sentences import sentence
+
+        super().__init__(sentence(result) or f"{result.verdict}")
         self.result = result
 
 

@@ -23,6 +23,7 @@ VERBS = {
     "fmt": "Print scripts in the standard layout, or rewrite them.",
     "latex": "Write classes as LaTeX, or LaTeX as text.",
     "probe": "Step through a process, or through a counterexample.",
+    "repl": "Evaluate and check at a prompt.",
     "explore": "Explore a script in the browser.",
     "graph": "Draw a machine, an architecture or a counterexample.",
     "cspm": "Write a script with classes as plain CSPm, for FDR.",
