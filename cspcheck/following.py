@@ -149,6 +149,22 @@ class Follower:
         name = self.script.events.name
         return tuple(frozenset(map(name, offer)) for offer in sorted(least, key=sorted))
 
+    def automaton(self, most: int) -> list[dict[int, int]]:
+        """The whole: for each set of states what every event makes of it; the first is that of the beginning.
+
+        Raises:
+            TooManyStates: there are more than *most*.
+        """
+        number = 0
+        while number < len(self._sets):
+            if number >= most:
+                raise TooManyStates
+            for event in self._rows[number]:
+                if event not in self._table[number]:
+                    self._advance(number, event)
+            number += 1
+        return [dict(row) for row in self._table]
+
     # --- sets of states --------------------------------------------------------------------------------------
 
     def _number(self, states: Iterable[Process]) -> int:

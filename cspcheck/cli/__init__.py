@@ -29,6 +29,7 @@ VERBS = {
     "cspm": "Write a script with classes as plain CSPm, for FDR.",
     "gen": "Generate a program of tasks and channels.",
     "trace": "Say whether a recorded run is a trace of a process.",
+    "monitor": "Generate a monitor that holds running code against a process.",
     "explain": "Say what an error code means, with an example and its repair.",
     "examples": "List, print or copy the examples that come with cspcheck.",
     "schema": "Print the JSON Schema of an output for programs.",

@@ -20,6 +20,7 @@ from cspcheck.cli.options import script_options
 @click.argument("file", type=click.Path())
 @click.argument("run", type=click.Path(allow_dash=True))
 @click.option("--process", required=True, metavar="NAME", help="The process that the run should be a trace of.")
+@click.option("--pattern", metavar="FILE", type=click.Path(), help="How lines of a log, a CSV or JSON become events.")
 @click.option("--inside", is_flag=True, help="Follow hidden events too: the process without its outermost hiding.")
 @click.option("--format", "form", type=click.Choice(["full", "json"]), default="full", help="Output form.")
 @script_options
@@ -27,13 +28,15 @@ from cspcheck.cli.options import script_options
 def command(**options: Any) -> None:
     """Say whether a recorded run is a trace of a process, and if not, where and why it leaves it.
 
-    FILE is a script, RUN a file with a line of JSON for each event (or `-`), as generated programs record it.
+    FILE is a script, RUN a file with a line of JSON for each event (or `-`), as generated programs record it; with
+    --pattern it is any log, a CSV or lines of other JSON.
     """
     from cspcheck.checking import Settings, load
     from cspcheck.cli.streams import Remarks, StandardOutput
     from cspcheck.cspm.diagnostics import ScriptError
     from cspcheck.following import Follower, TooManyStates
     from cspcheck.messages import cannot_read, too_many_at_a_time
+    from cspcheck.patterns import read_pattern
     from cspcheck.report.diagnostics import render_diagnostics
     from cspcheck.report.style import harmless, style_for, unobeyed
     from cspcheck.result import Exit
@@ -50,7 +53,9 @@ def command(**options: Any) -> None:
             follower = Follower(script, script.process(process), hidden=options["inside"])
             # Not by waiting for ever: what is neither a file nor a pipe that somebody has opened is refused.
             with sys.stdin.buffer if name == "-" else _file(name) as lines:
-                verdict = follow(follower, read_records(_texts(lines), name))
+                pattern, texts = options["pattern"], _texts(lines)
+                records = read_records(texts, name) if pattern is None else read_pattern(pattern).records(texts, name)
+                verdict = follow(follower, records)
         except OSError as error:
             raise ScriptError(cannot_read(name, error.strerror or str(error))) from None
         except UnicodeDecodeError as error:
