@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from cspcheck.cspm.script import Assertion, Script
     from cspcheck.cspm.syntax import tree as syntax
 
+SMALL = 30
+"""The states of a machine that is drawn beside its verdict."""
 STDIN_NAME = "<stdin>"
 _NOT_SCRIPTS = (".pdf", ".json", ".xml", ".md", ".py")
 MEMORY_SHARE = 0.8
@@ -49,6 +51,7 @@ class Settings:
         outputs: who chooses the outputs of classes: ``demonic`` (the class) or ``angelic`` (its environment).
         include_roots: folders, beside that of each script, from below which files may be included.
         coverage: whether what never happens in a check that passes is looked for.
+        machines: whether results have pictures of machines that are small.
     """
 
     limits: Limits = field(default_factory=Limits)
@@ -60,6 +63,7 @@ class Settings:
     outputs: Literal["demonic", "angelic"] = "demonic"
     include_roots: tuple[str, ...] = ()
     coverage: bool = False
+    machines: bool = False
 
 
 class Watch(Protocol):
@@ -283,6 +287,19 @@ def covered(checker: GuardedChecker, assertion: Assertion, result: Result) -> Re
     if result.verdict is not Verdict.PASS:
         return result
     return replace(result, coverage=checker.coverage(assertion))
+
+
+def drawn(script: Script, result: Result) -> Result:
+    """The result with a picture of the machine of its process, if that has no more than ``SMALL`` states."""
+    if not result.process or not 0 < result.states <= SMALL:
+        return result
+    from cspcheck.drawing import parts, svg
+
+    try:
+        picture = parts.machine(result.process, script.process(result.process), script.events, SMALL)
+    except ScriptError:
+        return result
+    return replace(result, machine=svg.render(picture))
 
 
 def unanswered(assertion: Assertion, diagnostics: Sequence[Diagnostic], seconds: float = 0.0) -> Result:
