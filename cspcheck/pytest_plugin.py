@@ -147,6 +147,7 @@ def _settings(config: pytest.Config, script: Path | None = None) -> Settings:
             ),
             workers=_positive("--csp-workers", config.getoption("csp_workers")) or said.get("workers"),
             full=config.getoption("csp_full") or said.get("full", False),
+            termination=said.get("termination", "success"),
             definitions=definitions,
             typecheck=not config.getoption("csp_no_typecheck") and said.get("typecheck", True),
             view=config.getoption("csp_view") or said.get("view"),
@@ -176,6 +177,7 @@ class ScriptFile(pytest.File):
         """One item for each assertion; a second one with the same text has its line in its name."""
         from cspcheck.checking import load
         from cspcheck.cspm.diagnostics import ScriptError
+        from cspcheck.report.style import harmless
 
         name = _shown(self.path)
         try:
@@ -188,7 +190,7 @@ class ScriptFile(pytest.File):
             self.warn(ScriptWarning(_render([warning], None)))
         names: set[str] = set()
         for assertion in self._loaded.assertions:
-            name = " ".join(assertion.text.split())
+            name = harmless(" ".join(assertion.text.split()))
             if name in names:
                 name = f"{name} (line {assertion.span.line})"
             names.add(name)
@@ -227,10 +229,12 @@ class AssertionItem(pytest.Item):
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
         """What the command line shows, also for a mistake of ours."""
         if isinstance(excinfo.value, NotAsExpected):
-            from cspcheck.report.full import explain
-            from cspcheck.report.style import Style
+            from cspcheck.report.full import explain, replay_lines
+            from cspcheck.report.style import Style, unobeyed
 
-            return _Told(explain(excinfo.value.result, Style(color=_has_color(self.config))), excinfo.value)
+            result, look = excinfo.value.result, Style(color=_has_color(self.config))
+            text = "\n".join([explain(result, look), *(f"  {line}" for line in replay_lines(result, look))])
+            return _Told(unobeyed(text), excinfo.value)
         if isinstance(excinfo.value, Exception):
             return _internal(excinfo.value, f"checking `{self.name}`", self.config)
         return super().repr_failure(excinfo, style)
@@ -283,9 +287,9 @@ def _has_color(config: pytest.Config) -> bool:
 
 def _render(diagnostics: Any, config: pytest.Config | None) -> str:
     from cspcheck.report.diagnostics import render_diagnostics
-    from cspcheck.report.style import Style
+    from cspcheck.report.style import Style, unobeyed
 
-    return render_diagnostics(diagnostics, Style(color=config is not None and _has_color(config))).rstrip()
+    return unobeyed(render_diagnostics(diagnostics, Style(color=config is not None and _has_color(config))).rstrip())
 
 
 def _internal(error: Exception, doing: str, config: pytest.Config) -> str:

@@ -235,6 +235,7 @@ class Summary:
         verdicts: results by verdict; ``error`` also counts the scripts that could not be loaded.
         unexpected: results whose verdict is not the one that the script expects.
         seconds: wall time of the run.
+        errors: errors that were told, of which a script can have several.
         unreached: of the unknown ones, those that the run was interrupted before.
     """
 
@@ -242,6 +243,7 @@ class Summary:
     unexpected: int = 0
     seconds: float = 0.0
     unreached: int = 0
+    errors: int = 0
 
     @classmethod
     def empty(cls) -> Summary:

@@ -38,7 +38,7 @@ def command(**options: Any) -> None:
     from cspcheck.messages import cannot_read, too_many_at_a_time
     from cspcheck.patterns import read_pattern
     from cspcheck.report.diagnostics import render_diagnostics
-    from cspcheck.report.style import style_for
+    from cspcheck.report.style import harmless, style_for, unobeyed
     from cspcheck.result import Exit
     from cspcheck.runs import follow, read_records
 
@@ -89,13 +89,13 @@ def command(**options: Any) -> None:
         if departure is None:
             unseen = verdict.events - verdict.followed
             hidden = f", {unseen:,} of them hidden" if unseen else ""
-            say(f"{name} is a trace of `{process}`: {verdict.events:,} events{hidden}, {seconds:.2f} s\n")
+            say(f"{harmless(name)} is a trace of `{process}`: {verdict.events:,} events{hidden}, {seconds:.2f} s\n")
         else:
-            say(f"{name} leaves `{process}` in line {verdict.line}\n{departure.explain()}\n")
+            say(unobeyed(f"{harmless(name)} leaves `{process}` in line {verdict.line}\n{departure.explain()}\n"))
             record = verdict.record
             if record is not None and record.tasks:
                 at = "" if record.time is None else f" at {record.time:g} s"
-                say(f"  performed by {', '.join(record.tasks)}{at}\n")
+                say(f"  performed by {harmless(', '.join(record.tasks))}{at}\n")
     finish(Exit.OK if departure is None else Exit.FAILED)
 
 
