@@ -125,6 +125,7 @@ def settings(options: Mapping[str, Any], overrides: Mapping[str, str]) -> Settin
         workers=options["workers"],
         full=options["full"],
         as_written=options["as_written"],
+        termination=options["termination"],
         definitions=overrides,
         typecheck=options["typecheck"],
         view=options["view"],
@@ -260,6 +261,13 @@ class_options = _all(
 """--view, --outputs."""
 
 limit_options = _all(
+    click.option(
+        "--termination",
+        type=click.Choice(["success", "deadlock"]),
+        default="success",
+        show_default=True,
+        help="What a process that has terminated is to `deadlock free`; FDR4 takes it for a deadlock.",
+    ),
     click.option(
         "--full/--no-full",
         default=False,
