@@ -107,4 +107,4 @@ def test_what_is_observed_beside_failures(monkeypatch: pytest.MonkeyPatch, way: 
                     assert wrong, f"{left} [{model}= {right}: {found}\n{text}"
                 told[found is None] += 1
 
-    assert told[True] and told[False], told
+    assert min(told[True], told[False]) > 0, told
