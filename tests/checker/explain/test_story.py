@@ -126,3 +126,55 @@ class TestSpecification:
             return
         assert identifiers(found.specification.trace) == identifiers(found.trace)
         assert all(event != TICK for event in identifiers(found.specification.trace)[:-1])
+
+
+LIFT = """
+class Lift
+  chan up : []
+  chan go : [f? : 0..2]
+  main = go -> main [] up -> main
+  state
+    at, target : 0..2
+    other : 0..1
+  init at = 0 and target = 0 and other = 1
+  op go
+    Delta(target)
+    f? : 0..2
+  where
+    target' = f?
+  op up
+    Delta(at)
+  where
+    at < target
+    at' = at + 1
+end
+Once = go?f -> up -> Stay
+Stay = go?f -> Stay
+assert Once [T= Lift
+"""
+
+
+def test_a_class_is_called_by_its_name_and_shows_what_changes() -> None:
+    loaded = load(Source("lift.csp", LIFT))
+    outcome = Checker(loaded).check(loaded.assertions[0].node)
+
+    found = outcome.counterexample
+    assert found is not None
+    assert found.trace == ("go.2", "up")
+    assert found.event == "up"
+    main, data = found.components
+    assert (main.name, dict(main.variables), main.changes) == ("Lift::main", {}, ())
+    assert data.name == "Lift"
+    assert data.variables == {"at": "0", "target": "0", "other": "1"}
+    assert data.changes == ({"target": "2"}, {"at": "1"})
+
+
+def test_of_states_that_can_do_the_same_only_what_they_share_is_told() -> None:
+    """Behind ``reset`` nobody can tell which of the states it is, so what differs in them is not said."""
+    text = LIFT.replace("up : []", "up, reset : []").replace("[] up -> main", "[] up -> main [] reset -> STOP")
+    text = text.replace("end\nOnce", "  op reset\n    Delta(at, target, other)\n  where\n    true\nend\nOnce")
+    loaded = load(Source("lift.csp", text))
+    found = Checker(loaded).check(loaded.assertion("STOP [T= Lift \\ {| go, up |}").node).counterexample
+
+    assert found is not None
+    assert found.components[-1].name == "Lift"
