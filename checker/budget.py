@@ -7,8 +7,10 @@ from dataclasses import replace
 from time import perf_counter
 from typing import Protocol
 
+from cspcheck.checker.guard import Guard, process_memory
 from cspcheck.checker.verdict import Counterexample, Limits, Outcome, Verdict
 from cspcheck.cspm.diagnostics import Diagnostic
+from cspcheck.cspm.interruption import Stopped, doing, told
 
 
 class Covered(Protocol):
@@ -64,15 +66,21 @@ class Budget:
         return perf_counter() - self._started
 
     def remaining(self) -> Limits:
-        """The limits with the time that is left."""
-        if self.limits.seconds is None:
-            return self.limits
-        return replace(self.limits, seconds=max(0.0, self.limits.seconds - self.seconds))
+        """What is left for a search: the time, and the memory that nothing else in this process has.
+
+        How many bytes others have is found out now, and taken to stay: while a search goes on nothing else grows.
+        """
+        left = self.limits
+        if left.seconds is not None:
+            left = replace(left, seconds=max(0.0, left.seconds - self.seconds))
+        if left.memory_bytes is not None:
+            left = replace(left, memory_bytes=max(1, left.memory_bytes - (process_memory() or 0)))
+        return left
 
     def narrowed(self, states: int) -> Budget:
         """A budget of its own for something optional: what is left of this one, and no more than so many states."""
         most = states if self.limits.states is None else min(states, self.limits.states)
-        return Budget(replace(self.remaining(), states=most))
+        return Budget(replace(self.remaining(), states=most, memory_bytes=self.limits.memory_bytes))
 
     def used(self, memory_bytes: int) -> None:
         """Take note of the size of arrays that were in use at one time."""
@@ -93,14 +101,18 @@ class Budget:
         """Whether there is no time left."""
         return self.limits.seconds is not None and self.seconds >= self.limits.seconds
 
-    def check_time(self, doing: str) -> None:
+    def check_time(self, what: str = "") -> None:
         """Give up when the time is over.
 
+        Args:
+            what: what is going on (``normalising the specification``), if nobody has said (``during``).
+
         Raises:
-            Incomplete: it is; *doing* is what was going on (``normalising the specification``).
+            Incomplete: it is.
         """
         if self.is_over():
-            raise Incomplete(f"{_reached('seconds', self.limits)} while {doing}")
+            said = doing()
+            raise Incomplete(f"{_reached('seconds', self.limits)} while {told(said[-1]) if said else what}")
 
     def shortfall(self, exploration: Covered, nothing: str) -> str:
         """Why an exploration without a result is no proof, and what it covered.
@@ -136,6 +148,31 @@ def coverage(exploration: Covered) -> str:
         return "not even depth 0 was completed"
     noun = "state" if states == 1 else "states"
     return f"{states:,} {noun} explored to depth {exploration.depth}"
+
+
+OUT_OF_MEMORY = "out of memory"
+"""The reason of a verdict where the system had no more memory to give."""
+
+
+def why(guard: Guard, limits: Limits, stopped: Stopped) -> str:
+    """What to say of work that a guard stopped: the limit, what was going on, and what to do about it.
+
+    ``time limit of 2 s reached while evaluating `fib(45)`; `--timeout` sets it``.
+    """
+    going_on = f" while {_going_on(stopped)}" if stopped.doing or stopped.outermost is not None else ""
+    if guard.reached == "machine":
+        return f"{OUT_OF_MEMORY}: the machine has next to none left{going_on}"
+    option = "--timeout" if guard.reached == "seconds" else "--max-memory"
+    return f"{_reached(guard.reached, limits)}{going_on}; `{option}` sets it"
+
+
+def _going_on(stopped: Stopped) -> str:
+    if stopped.doing:
+        return stopped.doing[0]
+    assert stopped.outermost is not None
+    outermost = stopped.outermost()
+    inside = f", in the call `{stopped.innermost}`" if stopped.innermost != outermost else ""
+    return f"evaluating `{outermost}`{inside}"
 
 
 def _reached(stop: str | None, limits: Limits) -> str:

@@ -1,6 +1,34 @@
 """``python -m cspcheck`` is ``cspcheck``."""
 
-from cspcheck.cli import main
+from __future__ import annotations
+
+import signal
+import sys
+from types import FrameType
+from typing import NoReturn
+
+
+def main() -> NoReturn:
+    """Run the command line of the process and end it.
+
+    A signal to end is an interrupt from the first moment on, while what the command needs is still being imported.
+    """
+    try:
+        signal.signal(signal.SIGTERM, _interrupt)
+        from cspcheck.cli import run
+
+        code = run()
+    except KeyboardInterrupt:
+        code = 130
+    # An interrupt that came while text was executed (as dataclasses do) is remembered by CPython although it has been
+    # handled, and the process would end by the signal instead of with this code. Executing a text makes it forget.
+    exec("")
+    sys.exit(code)
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    raise KeyboardInterrupt
+
 
 if __name__ == "__main__":
     main()

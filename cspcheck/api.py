@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
@@ -19,7 +19,6 @@ N = TypeVar("N", int, float)
 if TYPE_CHECKING:
     import networkx
 
-    from cspcheck.checker.check import Checker
     from cspcheck.checker.lts import Lts
     from cspcheck.cspm import script
     from cspcheck.cspm.process import terms as process
@@ -33,6 +32,7 @@ def load(
     typecheck: bool = True,
     view: Literal["data", "control"] | None = None,
     outputs: Literal["demonic", "angelic"] = "demonic",
+    include_roots: Iterable[str | os.PathLike[str]] = (),
 ) -> Script:
     """Load a script from a file.
 
@@ -42,11 +42,13 @@ def load(
         typecheck: whether types are checked.
         view: classes with their ``data``, or in the ``control`` view without; as the script says if not given.
         outputs: who chooses the outputs of classes: ``demonic`` (the class) or ``angelic`` (its environment).
+        include_roots: folders, beside the script's own, from below which files may be included.
 
     Raises:
         ScriptError: the file cannot be read, or there is an error in the script; ``diagnostics`` says what and where.
     """
-    settings = checking.Settings(typecheck=typecheck, view=view, outputs=outputs)
+    roots = tuple([os.fspath(root) for root in include_roots])
+    settings = checking.Settings(typecheck=typecheck, view=view, outputs=outputs, include_roots=roots)
     return load_with(os.fspath(path), settings, definitions or {})
 
 
@@ -97,7 +99,7 @@ class Script:
     def __init__(self, loaded: script.Script, settings: checking.Settings) -> None:
         self._script = loaded
         self._settings = settings
-        self._checkers: dict[tuple[Limits, int | None, bool], Checker] = {}
+        self._checkers: dict[tuple[Limits, int | None, bool], checking.GuardedChecker] = {}
 
     def __repr__(self) -> str:
         return f"<cspcheck.Script {self.name!r}, {len(self.assertions)} assertions>"
@@ -163,7 +165,7 @@ class Script:
                 assertions of the script are checked, in order.
             timeout: seconds for each assertion, or text like ``"5m"``.
             max_states: states for each assertion.
-            max_memory: bytes for the engine, or text like ``"8GiB"``; four fifths of the machine's memory if not given.
+            max_memory: bytes for the process, or ``"8GiB"``; four fifths of the machine's memory if not given.
             workers: search threads; the machine's cores if not given.
             full: explore the whole state space, without reductions; not if not given.
 
@@ -209,7 +211,7 @@ class Script:
         """
         return Process(self, text, self._script.process(text))
 
-    def _checker(self, limits: Limits, workers: int | None, full: bool) -> Checker:
+    def _checker(self, limits: Limits, workers: int | None, full: bool) -> checking.GuardedChecker:
         """The checker for these settings; one keeps its machines for all assertions."""
         key = (limits, workers, full)
         if key not in self._checkers:

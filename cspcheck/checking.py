@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 import time
@@ -9,17 +10,27 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal, Protocol
 
+from cspcheck.checker.budget import OUT_OF_MEMORY, why
+from cspcheck.checker.guard import Guard, machine_memory
 from cspcheck.checker.verdict import Limits, Outcome, Verdict
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
+from cspcheck.cspm.interruption import Stopped
 from cspcheck.cspm.source import Source
+from cspcheck.messages import too_much_to_read
 from cspcheck.result import INTERRUPTED, Result, answer
 from cspcheck.selection import STDIN
 
 if TYPE_CHECKING:
     from cspcheck.checker.check import Checker
+    from cspcheck.checker.lts import Lts
     from cspcheck.checker.search.exploration import Progress
+    from cspcheck.coverage import Coverage
+    from cspcheck.cspm.process.terms import Process
     from cspcheck.cspm.script import Assertion, Script
+    from cspcheck.cspm.syntax import tree as syntax
 
+SMALL = 30
+"""The states of a machine that is drawn beside its verdict."""
 STDIN_NAME = "<stdin>"
 _NOT_SCRIPTS = (".pdf", ".json", ".xml", ".md", ".py")
 MEMORY_SHARE = 0.8
@@ -38,7 +49,9 @@ class Settings:
         typecheck: whether types are checked before evaluation.
         view: classes with their ``data``, or in the ``control`` view without; None: as the script says.
         outputs: who chooses the outputs of classes: ``demonic`` (the class) or ``angelic`` (its environment).
+        include_roots: folders, beside that of each script, from below which files may be included.
         coverage: whether what never happens in a check that passes is looked for.
+        machines: whether results have pictures of machines that are small.
     """
 
     limits: Limits = field(default_factory=Limits)
@@ -48,7 +61,9 @@ class Settings:
     typecheck: bool = True
     view: Literal["data", "control"] | None = None
     outputs: Literal["demonic", "angelic"] = "demonic"
+    include_roots: tuple[str, ...] = ()
     coverage: bool = False
+    machines: bool = False
 
 
 class Watch(Protocol):
@@ -83,23 +98,11 @@ class NoWatch:
         """Nothing."""
 
 
-def machine_memory() -> int | None:
-    """Bytes of memory that this process may use: the machine's, or less where a control group says so."""
-    try:
-        size = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    except (AttributeError, OSError, ValueError):
-        return None
-    for path in ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"):
-        try:
-            with open(path, encoding="ascii") as file:
-                size = min(size, int(file.read()))
-        except (OSError, ValueError):
-            continue
-    return size
-
-
 def default_memory_limit() -> int | None:
-    """The memory limit where none is given: four fifths of the machine's memory; None where that is not known."""
+    """The memory limit where none is given: four fifths of the machine's memory; None where that is not known.
+
+    Should others need so much of it that none is left, the check that has the most in hand ends all the same.
+    """
     size = machine_memory()
     return None if size is None else int(size * MEMORY_SHARE)
 
@@ -136,30 +139,139 @@ def load(path: str, settings: Settings) -> Script:
     from cspcheck.cspm import script
     from cspcheck.cspm.notation import Semantics
 
-    return script.load(
-        read(path),
-        overrides=settings.definitions,
-        typecheck=settings.typecheck,
-        semantics=Semantics(settings.view, settings.outputs),
-        recording=settings.coverage,
-    )
+    guard = Guard(settings.limits.seconds, settings.limits.memory_bytes)
+    try:
+        with guard:
+            return script.load(
+                read(path),
+                overrides=settings.definitions,
+                typecheck=settings.typecheck,
+                semantics=Semantics(settings.view, settings.outputs),
+                include_roots=settings.include_roots,
+                recording=settings.coverage,
+            )
+    except Stopped as stopped:
+        raise ScriptError(too_much_to_read(path, why(guard, settings.limits, stopped))) from None
+    except MemoryError:
+        raise ScriptError(too_much_to_read(path, OUT_OF_MEMORY)) from None
 
 
-def checker_for(script: Script, settings: Settings, watch: Watch) -> Checker:
+class GuardedChecker:
+    """A checker whose limits hold whatever it is doing. Create with :func:`checker_for`.
+
+    A check that had to be stopped in the midst of something leaves nothing behind: for the next one the script is
+    loaded anew.
+    """
+
+    def __init__(self, script: Script, settings: Settings, watch: Watch) -> None:
+        # Imported here: on a busy machine that takes a while, which is none of an assertion's time.
+        from cspcheck.checker.check import Checker
+
+        self._checker_class = Checker
+        self._script = script
+        self._own = script
+        self._settings = settings
+        self._watch = watch
+        self._checker: Checker | None = None
+        self._used = False
+
+    def check(self, assertion: syntax.Assertion) -> Outcome:
+        """The answer to an assertion of the script.
+
+        Raises:
+            ScriptError: what the assertion speaks of cannot be evaluated.
+        """
+        limits = self._settings.limits
+        guard = Guard(limits.seconds, limits.memory_bytes)
+        start = time.perf_counter()
+        try:
+            with guard:
+                return self._ready().check(self._here(assertion))
+        except Stopped as stopped:
+            reason = why(guard, limits, stopped)
+        except MemoryError:
+            reason = OUT_OF_MEMORY
+        self._checker = None
+        release_memory()
+        return _nothing(Verdict.UNKNOWN, reason, time.perf_counter() - start)
+
+    def coverage(self, assertion: Assertion) -> Coverage | None:
+        """What never happened in a check that passed; None where that takes more than the limits allow."""
+        from cspcheck.coverage import coverage
+
+        try:
+            with Guard(self._settings.limits.seconds, self._settings.limits.memory_bytes):
+                return coverage(self._own, self._ready(), replace(assertion, node=self._here(assertion.node)))
+        except (Stopped, MemoryError):
+            self._checker = None
+            release_memory()
+            return None
+
+    def lts(self, process: Process) -> Lts:
+        """The explicit machine of a process: see :meth:`cspcheck.checker.check.Checker.lts`.
+
+        Raises:
+            Incomplete: a limit was reached.
+            ScriptError: a definition cannot be evaluated.
+        """
+        from cspcheck.checker.budget import Incomplete
+
+        guard = Guard(self._settings.limits.seconds, self._settings.limits.memory_bytes)
+        try:
+            with guard:
+                return self._ready().lts(process)
+        except Stopped as stopped:
+            reason = why(guard, self._settings.limits, stopped)
+        except MemoryError:
+            reason = OUT_OF_MEMORY
+        self._checker = None
+        release_memory()
+        raise Incomplete(reason)
+
+    def _ready(self) -> Checker:
+        if self._checker is None:
+            if self._own is not self._script or self._used:
+                self._own = self._script.again()
+            self._used = True
+            self._checker = self._checker_class(
+                self._own,
+                limits=self._settings.limits,
+                workers=self._settings.workers,
+                full=self._settings.full,
+                progress=self._watch.progress,
+                notify=self._watch.notify,
+            )
+        return self._checker
+
+    def _here(self, assertion: syntax.Assertion) -> syntax.Assertion:
+        """The same assertion in the script as it is loaded now."""
+        if self._own is self._script:
+            return assertion
+        for old, new in zip(self._script.assertions, self._own.assertions, strict=True):
+            if old.node is assertion:
+                return new.node
+        from cspcheck.cspm.printing.printer import print_assertion
+
+        return self._own.assertion(print_assertion(assertion)).node
+
+
+def release_memory() -> None:
+    """Give memory that nobody uses any more back to the system, as far as it takes it."""
+    gc.collect()
+    try:
+        import ctypes
+
+        ctypes.CDLL(None).malloc_trim(0)
+    except (OSError, AttributeError, TypeError):  # a C library that has no such function
+        pass
+
+
+def checker_for(script: Script, settings: Settings, watch: Watch) -> GuardedChecker:
     """A checker for the assertions of one script, which share their machines."""
-    from cspcheck.checker.check import Checker
-
-    return Checker(
-        script,
-        limits=settings.limits,
-        workers=settings.workers,
-        full=settings.full,
-        progress=watch.progress,
-        notify=watch.notify,
-    )
+    return GuardedChecker(script, settings, watch)
 
 
-def check(checker: Checker, assertion: Assertion, clock: Callable[[], float] = time.perf_counter) -> Result:
+def check(checker: GuardedChecker, assertion: Assertion, clock: Callable[[], float] = time.perf_counter) -> Result:
     """The answer to an assertion. What a script does wrong becomes the verdict ``error``, with its diagnostics."""
     start = clock()
     try:
@@ -167,16 +279,27 @@ def check(checker: Checker, assertion: Assertion, clock: Callable[[], float] = t
     except ScriptError as error:
         return unanswered(assertion, error.diagnostics, clock() - start)
     except MemoryError:
-        return answer(assertion, _nothing(Verdict.UNKNOWN, "the machine is out of memory", clock() - start))
+        return answer(assertion, _nothing(Verdict.UNKNOWN, OUT_OF_MEMORY, clock() - start))
 
 
-def covered(script: Script, checker: Checker, assertion: Assertion, result: Result) -> Result:
+def covered(checker: GuardedChecker, assertion: Assertion, result: Result) -> Result:
     """The result with what never happened in it, where its verdict is ``pass`` and the script was loaded for that."""
     if result.verdict is not Verdict.PASS:
         return result
-    from cspcheck.coverage import coverage
+    return replace(result, coverage=checker.coverage(assertion))
 
-    return replace(result, coverage=coverage(script, checker, assertion))
+
+def drawn(script: Script, result: Result) -> Result:
+    """The result with a picture of the machine of its process, if that has no more than ``SMALL`` states."""
+    if not result.process or not 0 < result.states <= SMALL:
+        return result
+    from cspcheck.drawing import parts, svg
+
+    try:
+        picture = parts.machine(result.process, script.process(result.process), script.events, SMALL)
+    except ScriptError:
+        return result
+    return replace(result, machine=svg.render(picture))
 
 
 def unanswered(assertion: Assertion, diagnostics: Sequence[Diagnostic], seconds: float = 0.0) -> Result:

@@ -50,18 +50,27 @@ def configuration_for(script: str | None) -> Configuration:
         ScriptError: the table says something that means nothing.
     """
     for path in _candidates(script):
+        # A file that cannot be read may be the one with our settings: to go on without them would be to guess.
         try:
-            text = path.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError):
+            content = path.read_bytes()
+        except (FileNotFoundError, NotADirectoryError):
             continue
-        if "cspcheck" not in text:
-            continue
+        except OSError as error:
+            raise ScriptError(unreadable_settings(_shown(path), error.strerror or str(error))) from None
+        try:
+            text = content.decode("utf-8")
+        except UnicodeDecodeError as error:
+            raise ScriptError(unreadable_settings(_shown(path), f"it is not UTF-8: {error.reason}")) from None
         source = Source(_shown(path), text)
         try:
-            table = tomllib.loads(text).get("tool", {}).get("cspcheck")
-        except tomllib.TOMLDecodeError as error:
+            whole = tomllib.loads(text)
+        except (tomllib.TOMLDecodeError, RecursionError) as error:
             raise ScriptError(unreadable_settings(source.name, str(error))) from None
-        if isinstance(table, dict):
+        tools = whole.get("tool", {})
+        table = tools.get("cspcheck") if isinstance(tools, dict) else None
+        if table is not None and not isinstance(table, dict):
+            raise ScriptError(wrong_setting("tool.cspcheck", f"{_toml(table)} is not a table", None))
+        if table is not None:
             return _read(table, source)
     return Configuration()
 
@@ -106,6 +115,10 @@ def _read(table: Mapping[str, Any], source: Source) -> Configuration:
             wrong.append(wrong_setting(key, str(error), place))
     if wrong:
         raise ScriptError(*wrong)
+    if "include_roots" in settings:
+        # Folders are named as seen from the file that names them.
+        here = os.path.dirname(source.name)
+        settings["include_roots"] = tuple(os.path.join(here, folder) for folder in settings["include_roots"])
     return Configuration(source.name, settings, definitions)
 
 
@@ -150,6 +163,13 @@ def _quantity(parse: Callable[[str], float | int], what: str) -> Callable[[Any],
     return read
 
 
+def _folders(value: Any) -> tuple[str, ...]:
+    named = [value] if isinstance(value, str) else value
+    if isinstance(named, list) and named and all(isinstance(folder, str) and folder for folder in named):
+        return tuple(named)
+    raise ValueError(f"{_toml(value)} is not a folder or a list of folders")
+
+
 def _one_of(choices: tuple[str, ...]) -> Callable[[Any], str]:
     def read(value: Any) -> str:
         if value in choices:
@@ -172,6 +192,7 @@ _SETTINGS: dict[str, tuple[str, Callable[[Any], Any]]] = {
     "color": ("color", _one_of(get_args(ColorChoice))),
     "quiet": ("quiet", _times),
     "verbose": ("verbose", _times),
+    "include-root": ("include_roots", _folders),
 }
 """The keys beside ``definitions``, each with the parameter that it is the default of and what reads its value."""
 

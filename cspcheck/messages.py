@@ -104,6 +104,37 @@ def cannot_write(name: str, reason: str) -> Diagnostic:
 
 
 @mistake(
+    "CSP920",
+    "a limit reached while reading",
+    explanation="""
+Reading a script (its includes, its types, what it prints, what its classes become) took more time or memory than the
+limits allow. The limits for an assertion, `--timeout` and `--max-memory`, hold for reading as well. Nothing of the
+script has been checked.
+""",
+    example="print {| c |} of a channel with 10^12 events, and `--timeout 5s`",
+    repair="raise the limit that the message names, or make smaller what the script computes before any assertion",
+)
+def too_much_to_read(name: str, why: str) -> Diagnostic:
+    """*why*: the limit and what was going on."""
+    return Diagnostic("CSP920", f"`{name}` was not read to its end: {why}")
+
+
+@mistake(
+    "CSP921",
+    "out of memory",
+    explanation="""
+The system had no more memory to give, outside of any check. (A check that runs out of memory has the verdict
+`unknown`.) Nothing is known of what had not been told before.
+""",
+    example="a script of a gigabyte, on a machine that has no more",
+    repair="end other programs, or use a machine with more memory",
+)
+def out_of_memory() -> Diagnostic:
+    """The system has no more memory."""
+    return Diagnostic("CSP921", "out of memory")
+
+
+@mistake(
     "CSP906",
     "unknown code",
     explanation="`cspcheck explain` knows the codes that stand in square brackets behind `error` and `warning`.",
@@ -268,7 +299,10 @@ def wrong_setting(key: str, message: str, place: Span | None) -> Diagnostic:
 @mistake(
     "CSP916",
     "a settings file that cannot be read",
-    explanation="The file `pyproject.toml` speaks of cspcheck and is not valid TOML, so its settings are not known.",
+    explanation="""
+The file `pyproject.toml` is not valid TOML, not UTF-8, or cannot be opened. It may hold settings for cspcheck (limits,
+definitions); a verdict without them could be another one, so nothing is checked.
+""",
     example="""
 [tool.cspcheck
 timeout = "5m"
@@ -368,3 +402,15 @@ def nothing_to_mutate(name: str) -> Diagnostic:
         f"no assertion of `{name}` has a verdict that a change could turn",
         help="add one, as in `assert P :[deadlock free]`, or raise the limits",
     )
+
+
+@mistake(
+    "CSP919",
+    "an extra that is not installed",
+    explanation="Some verbs need packages that not everybody wants; they are installed by the extra of that name.",
+    example="cspcheck lsp (where pygls is not installed)",
+    repair="pip install 'cspcheck[lsp]'",
+)
+def missing_extra(extra: str, package: str) -> Diagnostic:
+    """The *package* of an *extra* is not installed."""
+    return Diagnostic("CSP919", f"`{package}` is not installed", help=f"`pip install 'cspcheck[{extra}]'` installs it")

@@ -20,8 +20,7 @@ import pytest
 
 if TYPE_CHECKING:
     from cspcheck.api import Script
-    from cspcheck.checker.check import Checker
-    from cspcheck.checking import Settings
+    from cspcheck.checking import GuardedChecker, Settings
     from cspcheck.cspm import script
     from cspcheck.result import Result
 
@@ -148,6 +147,7 @@ def _settings(config: pytest.Config, script: Path | None = None) -> Settings:
             typecheck=not config.getoption("csp_no_typecheck") and said.get("typecheck", True),
             view=config.getoption("csp_view") or said.get("view"),
             outputs=config.getoption("csp_outputs") or said.get("outputs", "demonic"),
+            include_roots=said.get("include_roots", ()),
         )
     except ValueError as error:
         raise pytest.UsageError(f"cspcheck: {error}") from None
@@ -165,7 +165,7 @@ class ScriptFile(pytest.File):
     """A script. Its items share one checker, and with it the machines of their processes."""
 
     _loaded: script.Script
-    _checker: Checker | None = None
+    _checker: GuardedChecker | None = None
 
     def collect(self) -> Iterator[AssertionItem]:
         """One item for each assertion; a second one with the same text has its line in its name."""

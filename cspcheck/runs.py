@@ -50,7 +50,7 @@ def read_records(lines: Iterable[str], name: str) -> Iterator[tuple[int, Recorde
             continue
         try:
             found: Any = json.loads(line)
-        except ValueError:
+        except (ValueError, RecursionError):
             raise ScriptError(wrong_record(name, number, "it is no JSON")) from None
         if isinstance(found, str):
             yield number, Recorded(found, False, None, None)
@@ -62,7 +62,7 @@ def read_records(lines: Iterable[str], name: str) -> Iterator[tuple[int, Recorde
                 Recorded(
                     found["event"],
                     bool(found.get("hidden", False)),
-                    float(time) if isinstance(time, (int, float)) else None,
+                    _seconds(time),
                     tuple(map(str, tasks)) if isinstance(tasks, list) else None,
                     bool(found.get("inner", False)),
                     bool(found.get("terminated", False)),
@@ -70,6 +70,16 @@ def read_records(lines: Iterable[str], name: str) -> Iterator[tuple[int, Recorde
             )
         else:
             raise ScriptError(wrong_record(name, number, "it has no text `event`"))
+
+
+def _seconds(time: object) -> float | None:
+    """A time as a record says it; None where it says none, or one that no clock shows."""
+    if isinstance(time, bool) or not isinstance(time, (int, float)):
+        return None
+    try:
+        return float(time)
+    except OverflowError:
+        return None
 
 
 def follow(follower: Follower, records: Iterable[tuple[int, Recorded]]) -> Verdict:

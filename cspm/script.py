@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError, Severity
@@ -20,6 +22,7 @@ from cspcheck.cspm.evaluator.units import Declarations
 from cspcheck.cspm.naming import messages as name_messages
 from cspcheck.cspm.naming.resolve import Names, resolve, resolve_more
 from cspcheck.cspm.notation import Paragraphs, Semantics, extension
+from cspcheck.cspm.parsing.lexing_messages import nested_too_deeply
 from cspcheck.cspm.parsing.reading import parse, parse_alone, parse_assertion, parse_expression, read_source
 from cspcheck.cspm.printing.printer import print_assertion
 from cspcheck.cspm.process.events import EventSet, EventTable
@@ -61,7 +64,12 @@ class Script:
 
     Methods that take text read it as if it stood at the end of the script. All of them raise ``ScriptError``
     where the text or the script is wrong.
+
+    Attributes:
+        again: loads the same script anew: nothing of what was evaluated in this one is in that one.
     """
+
+    again: Callable[[], Script]
 
     def __init__(
         self,
@@ -134,10 +142,14 @@ class Script:
 
     # --- what is written against the script -----------------------------------------------------------------
 
-    def _tied(self, expression: syntax.Expr | str) -> tuple[syntax.Expr, Frame]:
-        """The tree of *expression* with its names tied and its types checked, and the frame that it stands in."""
+    def _tied(self, expression: syntax.Expr | str, *, written: bool = False) -> tuple[syntax.Expr, Frame]:
+        """The tree of *expression* with its names tied and its types checked, and the frame that it stands in.
+
+        A tree is of this script, unless it is *written* against it and has not been looked at yet.
+        """
         if isinstance(expression, str):
-            expression = parse_expression(expression)
+            expression, written = parse_expression(expression), True
+        if written:
             resolve_more(self.names, expression)
             if self.types is not None:
                 from cspcheck.cspm.typing.inference import infer_expression
@@ -160,20 +172,33 @@ class Script:
         node, frame = self._tied(expression)
         return self._evaluator.run(lambda: self._evaluator.process(node, frame)(()), node.span)
 
+    @contextmanager
+    def _written(self, expression: syntax.Expr | str) -> Iterator[tuple[syntax.Expr, Frame]]:
+        """Like :meth:`_tied`, for a value that is complete at the end: what is known of a text is forgotten then.
+
+        A session that evaluates for hours does not grow.
+        """
+        node = parse_expression(expression) if isinstance(expression, str) else expression
+        try:
+            yield self._tied(node, written=isinstance(expression, str))
+        finally:
+            if isinstance(expression, str):
+                self._evaluator.forget(node, self._top)
+
     def event_set(self, expression: syntax.Expr | str) -> EventSet:
         """The events in the set that *expression* is."""
-        node, frame = self._tied(expression)
-        return self._evaluator.run(lambda: self._evaluator.events(node, frame)(()), node.span)
+        with self._written(expression) as (node, frame):
+            return self._evaluator.run(lambda: self._evaluator.events(node, frame)(()), node.span)
 
     def trace(self, expression: syntax.Expr | str) -> tuple[int, ...]:
         """The events, in order, of the sequence that *expression* is."""
-        node, frame = self._tied(expression)
-        return self._evaluator.run(lambda: self._evaluator.trace(node, frame)(()), node.span)
+        with self._written(expression) as (node, frame):
+            return self._evaluator.run(lambda: self._evaluator.trace(node, frame)(()), node.span)
 
     def boolean(self, expression: syntax.Expr | str) -> bool:
         """The truth value that *expression* has."""
-        node, frame = self._tied(expression)
-        return self._evaluator.run(lambda: self._evaluator.condition(node, frame)(()), node.span)
+        with self._written(expression) as (node, frame):
+            return self._evaluator.run(lambda: self._evaluator.condition(node, frame)(()), node.span)
 
     def evaluate(self, text: str) -> Any:
         """The value of an expression as a Python value.
@@ -186,8 +211,8 @@ class Script:
         Raises:
             ScriptError: also for infinite sets and sequences.
         """
-        node, frame = self._tied(text)
-        return self._evaluator.run(lambda: self._plain(deep(self._evaluator.value(node, frame)(()))), node.span)
+        with self._written(text) as (node, frame):
+            return self._evaluator.run(lambda: self._plain(deep(self._evaluator.value(node, frame)(()))), node.span)
 
     def value(self, text: str) -> Any:
         """The value of an expression as the evaluator has it (``cspcheck.cspm.values.values``), evaluated through and
@@ -205,8 +230,8 @@ class Script:
 
     def show(self, text: str) -> str:
         """The value of an expression as the language writes it."""
-        node, frame = self._tied(text)
-        return self._print(node, frame)
+        with self._written(text) as (node, frame):
+            return self._print(node, frame)
 
     def _printed(self, declared: Declarations) -> Iterator[str]:
         for node, frame in declared.prints:
@@ -260,6 +285,7 @@ def load(
     overrides: Mapping[str, str] | None = None,
     typecheck: bool = True,
     semantics: Semantics | None = None,
+    include_roots: Iterable[str] = (),
     recording: bool = False,
 ) -> Script:
     """Load a script from a file, or from a text that has been read already.
@@ -269,16 +295,41 @@ def load(
         overrides: expressions that replace those of top-level definitions ``NAME = ...``, by name.
         typecheck: whether types are inferred and must be right.
         semantics: how classes are read; by default with their data, outputs chosen by the class.
+        include_roots: folders, beside the script's own, from below which files may be included.
         recording: whether to remember what was evaluated (:class:`.RecordingEvaluator`), for coverage.
 
     Raises:
         ScriptError: the file cannot be read, or the script is wrong.
     """
-    if isinstance(script, syntax.Script):
-        source, tree = script.span.source, script
-    else:
-        source = script if isinstance(script, Source) else read_source(script)
-        tree = parse(source)
+    roots = tuple(include_roots)
+    source = script.span.source if isinstance(script, syntax.Script) else script
+    source = source if isinstance(source, Source) else read_source(source)
+    try:
+        tree = script if isinstance(script, syntax.Script) else parse(source, include_roots=roots)
+        loaded = _loaded(source, tree, overrides, typecheck, semantics, recording)
+    except RecursionError as deep:
+        deep.__traceback__ = None
+        raise ScriptError(nested_too_deeply(source.name)) from None
+    loaded.again = partial(
+        load,
+        tree if isinstance(script, syntax.Script) else source,
+        overrides=overrides,
+        typecheck=typecheck,
+        semantics=semantics,
+        include_roots=roots,
+        recording=recording,
+    )
+    return loaded
+
+
+def _loaded(
+    source: Source,
+    tree: syntax.Script,
+    overrides: Mapping[str, str] | None,
+    typecheck: bool,
+    semantics: Semantics | None,
+    recording: bool,
+) -> Script:
     if overrides:
         tree = _overridden(tree, overrides)
     classes: Paragraphs | None = None

@@ -11,19 +11,22 @@ SUGGESTIONS = 3
 def distance(a: str, b: str, limit: int) -> int:
     """Edits (insert, delete, replace, swap neighbours) from *a* to *b*; anything above *limit* is ``limit + 1``.
 
-    Optimal string alignment: Damerau's edits, no substring edited twice.
+    Optimal string alignment: Damerau's edits, no substring edited twice; only places that *limit* edits can reach are
+    looked at (Ukkonen 1985).
     """
     if abs(len(a) - len(b)) > limit:
         return limit + 1
     before: list[int] = []
     previous = list(range(len(b) + 1))
     for i, x in enumerate(a, 1):
-        row = [i]
-        for j, y in enumerate(b, 1):
+        row = [limit + 1] * (len(b) + 1)
+        row[0] = i
+        for j in range(max(1, i - limit), min(len(b), i + limit) + 1):
+            y = b[j - 1]
             best = min(previous[j] + 1, row[j - 1] + 1, previous[j - 1] + (x != y))
             if i > 1 and j > 1 and x == b[j - 2] and a[i - 2] == y:
                 best = min(best, before[j - 2] + 1)
-            row.append(best)
+            row[j] = best
         if min(row) > limit:
             return limit + 1
         before, previous = previous, row

@@ -27,6 +27,7 @@ from cspcheck.checker.specification.normal_form import NormalForm, Semantics
 from cspcheck.checker.specification.normalisation import is_deterministic, normalise
 from cspcheck.checker.specification.normaliser import Normaliser
 from cspcheck.checker.verdict import Limits
+from cspcheck.cspm.interruption import during
 from cspcheck.cspm.process.terms import Compressed, Process
 
 Aim = Literal["everything", "deadlock", "deadlock or divergence", "divergence"]
@@ -94,11 +95,11 @@ class Machines:
         if found is None:
             compress = look_through if original else partial(self._compressed, budget)
 
-            def poll(states: int) -> None:
-                budget.check_time(f"exploring a component of the process, {states:,} states of it so far")
-
             try:
-                found = pack(self._compiler.network(process, budget.limits, poll, compress))
+                with during("building the machine of the process", vague=True):
+                    found = pack(
+                        self._compiler.network(process, budget.limits, lambda _: budget.check_time(), compress)
+                    )
             except LimitReached as reached:
                 raise Incomplete(budget.too_many_terms(reached), reached.states, endless=True) from None
             if not original and not found.network.is_compressed:
@@ -112,7 +113,8 @@ class Machines:
         They share nothing with these, so that nothing of the rest is taken for what it is not.
         """
         most = BEGINNING if budget.limits.states is None else min(BEGINNING, budget.limits.states)
-        found = beginning(process, most, lambda _: budget.check_time("looking at the beginning of the process"))
+        with during("looking at the beginning of the process"):
+            found = beginning(process, most, lambda _: budget.check_time())
         others = Machines(workers=self.workers, full=self.full, progress=self._progress, notify=self._notify)
         others._beginnings[process] = pack(compile_single(process, found.machine))
         return others, found.levels
@@ -133,10 +135,11 @@ class Machines:
                 return None
             try:
                 lts = self.lts(term.process, budget)
-                budget.check_time(f"compressing a component of {lts.states:,} states")
-                found = COMPRESSIONS[term.function](
-                    joined_machine(lts, role.clocks) if isinstance(role, Joined) else lts
-                )
+                with during(f"applying `{term.function}` to a component of {lts.states:,} states"):
+                    budget.check_time()
+                    found = COMPRESSIONS[term.function](
+                        joined_machine(lts, role.clocks) if isinstance(role, Joined) else lts
+                    )
             except Incomplete:
                 if budget.is_over():
                     raise
@@ -213,7 +216,8 @@ class Machines:
                     exploration.levels[-1],
                     exploration.transitions,
                 )
-            found = exploration.to_lts()
+            with during(f"listing the {exploration.levels[-1]:,} states of a machine"):
+                found = exploration.to_lts()
             self._keep(key, found, needed)
         budget.used(found.offsets.nbytes + found.labels.nbytes + found.targets.nbytes)
         return found
@@ -246,12 +250,13 @@ class Machines:
                 return LazySpecification(
                     process, model, alphabet, most, incomplete, lambda: budget.check_time("exploring the specification")
                 )
-            if is_deterministic(lts):
-                found = normalise(lts, model, minimise=not self.full)
-            elif self.full:
-                found = Normaliser(lts, model)
-            else:
-                found = _whole_or_lazy(lts, model, budget)
+            with during("normalising the specification"):
+                if is_deterministic(lts):
+                    found = normalise(lts, model, minimise=not self.full)
+                elif self.full:
+                    found = Normaliser(lts, model)
+                else:
+                    found = _whole_or_lazy(lts, model, budget)
             self._keep(key, found, _size(found))
         budget.used(_size(found))
         return found
@@ -315,7 +320,7 @@ class _TooManyNodes(Exception):
 
 def _whole_or_lazy(lts: Lts, model: Semantics, budget: Budget) -> NormalForm | Normaliser:
     def poll(nodes: int) -> None:
-        budget.check_time("normalising the specification")
+        budget.check_time()
         if nodes > WHOLE_NORMAL_FORM:
             raise _TooManyNodes
 

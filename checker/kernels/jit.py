@@ -10,9 +10,8 @@ from __future__ import annotations
 
 import hashlib
 import inspect
-import os
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import FunctionType, ModuleType
@@ -24,11 +23,13 @@ from cspcheck.checker.arrays import Int32Array, Int64Array, UInt8Array
 from cspcheck.checker.kernels import (
     expand as kernels_expand,
     levels as kernels_levels,
+    machine_code,
     pairs as kernels_pairs,
     partition as kernels_partition,
     table as table_kernels,
 )
 from cspcheck.checker.kernels.arrays import Rules
+from cspcheck.cspm.caches import tell
 
 MODULES: tuple[ModuleType, ...] = (table_kernels, kernels_expand, kernels_pairs, kernels_levels, kernels_partition)
 """Where the kernels are, callees before callers."""
@@ -65,8 +66,12 @@ class Kernels:
         compiled: whether they are machine code (which can run in threads).
     """
 
-    def __init__(self, functions: Mapping[str, Kernel], *, compiled: bool) -> None:
+    def __init__(
+        self, functions: Mapping[str, Kernel], *, compiled: bool, load: Callable[[str], None] = lambda name: None
+    ) -> None:
+        """*load* is called with the name of a kernel before it is used for the first time."""
         self._functions = functions
+        self._load = load
         self.compiled = compiled
 
     if TYPE_CHECKING:  # so that calls are checked like those of the functions that they are
@@ -87,10 +92,12 @@ class Kernels:
         coarsest = staticmethod(kernels_partition.coarsest)
 
     def __getattr__(self, name: str) -> Kernel:
-        try:
-            return self._functions[name]
-        except KeyError:
-            raise AttributeError(name) from None
+        if name not in self._functions:
+            raise AttributeError(name)
+        self._load(name)
+        function = self._functions[name]
+        setattr(self, name, function)
+        return function
 
 
 def kernels(compiled: bool, notify: Callable[[str], None] | None = None) -> Kernels:
@@ -147,52 +154,74 @@ def _view(argument: Any) -> Any:
 def _compiled(notify: Callable[[str], None]) -> Kernels:
     import numba
 
-    folder = cache_folder() / f"kernels-{_fingerprint(numba.__version__)}"
-    with _numba_caching_in(numba.config, folder) as caching:
-        functions = _dispatchers(numba, caching)
-        ready = folder / "ready"
-        if not (caching and ready.exists()):
-            notify(f"compiling the search kernels for this machine (once, about {COMPILATION_SECONDS} s)")
-            for function in _source_functions():
-                if function.__name__ in ENTRIES:
-                    functions[function.__name__].compile(_signature(numba, function))
-            if caching:
-                ready.touch()
-    return Kernels(functions, compiled=True)
+    folder = machine_code.folder_for(_fingerprint(numba.__version__))
+    if folder is not None and not machine_code.is_ready(folder):
+        notify(f"{_COMPILING}, once, about {COMPILATION_SECONDS} s")
+        if not machine_code.compile_elsewhere(folder, ENTRIES):
+            folder = None
+    if folder is None:
+        notify(f"{_COMPILING}; there is no folder to keep them in")
+        return _read_or_made(numba, _dispatchers(numba, caching=False), None)
+    with _numba_caching_in(numba.config, folder):
+        functions = _dispatchers(numba, caching=True)
+    return _read_or_made(numba, functions, folder)
 
 
-def cache_folder() -> Path:
-    """Where machine code is kept: ``NUMBA_CACHE_DIR`` if set, else ``cspcheck`` in the user's cache folder."""
-    if os.environ.get("NUMBA_CACHE_DIR"):
-        return Path(os.environ["NUMBA_CACHE_DIR"])
-    if os.environ.get("XDG_CACHE_HOME"):
-        return Path(os.environ["XDG_CACHE_HOME"]) / "cspcheck"
-    if sys.platform == "win32" and os.environ.get("LOCALAPPDATA"):
-        return Path(os.environ["LOCALAPPDATA"]) / "cspcheck" / "cache"
-    if sys.platform == "darwin":
-        return Path.home() / "Library" / "Caches" / "cspcheck"
-    return Path.home() / ".cache" / "cspcheck"
+_COMPILING = "compiling the search kernels for this machine"
+
+
+def _read_or_made(numba: Any, functions: dict[str, Any], folder: Path | None) -> Kernels:
+    """The kernels, each with its machine code read (or made) when it is first used."""
+
+    def load(name: str) -> None:
+        if name not in ENTRIES:
+            return
+        signature = _signature(numba, _source(name))
+        try:
+            machine_code.uninterrupted(lambda: functions[name].compile(signature))
+        except Exception as error:
+            if folder is None:
+                raise
+            # As it was made, and yet nothing that these libraries can read: they have changed under the same version.
+            tell(f"the compiled kernels in `{folder}` cannot be read ({type(error).__name__}) and are made anew")
+            machine_code.remove(folder)
+            functions.update(_dispatchers(numba, caching=False))
+            machine_code.uninterrupted(lambda: functions[name].compile(signature))
+
+    return Kernels(functions, compiled=True, load=load)
+
+
+def _source(name: str) -> FunctionType:
+    """The function that a kernel is made from; a dispatcher's own is a copy without the module's names."""
+    return next(function for function in _source_functions() if function.__name__ == name)
+
+
+def compile_into(folder: Path, names: Iterable[str] = ENTRIES) -> None:
+    """Compile kernels and keep the machine code in a folder."""
+    import numba
+
+    with _numba_caching_in(numba.config, folder):
+        functions = _dispatchers(numba, caching=True)
+        for name in names:
+            functions[name].compile(_signature(numba, _source(name)))
 
 
 def _fingerprint(version: str) -> str:
-    digest = hashlib.sha256(f"{version} {sys.version_info[:2]} {sys.platform}".encode())
+    from llvmlite.binding import get_host_cpu_name
+
+    digest = hashlib.sha256(f"{version} {sys.version_info[:2]} {sys.platform} {get_host_cpu_name()}".encode())
     for module in (*MODULES, sys.modules[__name__], sys.modules[Rules.__module__]):
         digest.update(inspect.getsource(module).encode())
     return digest.hexdigest()[:16]
 
 
 @contextmanager
-def _numba_caching_in(config: Any, folder: Path) -> Iterator[bool]:
-    """Have numba keep what is decorated meanwhile in a folder, if it can be written; gives whether it can."""
+def _numba_caching_in(config: Any, folder: Path) -> Iterator[None]:
+    """Have numba keep what is decorated meanwhile in a folder."""
     before = config.CACHE_DIR
+    config.CACHE_DIR = str(folder)
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        writable = os.access(folder, os.W_OK)
-    except OSError:
-        writable = False
-    config.CACHE_DIR = str(folder) if writable else before
-    try:
-        yield writable
+        yield
     finally:
         config.CACHE_DIR = before
 

@@ -14,9 +14,11 @@ from functools import partial
 import numpy as np
 
 from cspcheck.checker.lts import Lts, machine, reachable
+from cspcheck.checker.semantics.growth import so_far
 from cspcheck.checker.semantics.parallel import waits
 from cspcheck.checker.semantics.steps import Row, Step
 from cspcheck.checker.semantics.transitions import Explored, MoreStates, Poll, Semantics, breadth_first
+from cspcheck.cspm.interruption import during
 from cspcheck.cspm.process.events import TAU, TICK, EventSet
 from cspcheck.cspm.process.terms import NO_EVENTS, SKIP, Process
 
@@ -106,7 +108,9 @@ class Machines:
             successors: Callable[[Process], list[Step] | Row] = self._semantics.transitions
             if isinstance(role, Joined):
                 successors = partial(self._joined_successors, role.clocks)
-            found = self._known[key] = breadth_first(state, successors, most, self.poll)
+            terms: list[Process] = []
+            with during(partial(so_far, terms, self._semantics.heads)):
+                found = self._known[key] = breadth_first(state, successors, most, self.poll, terms)
         if found.lts.states > most:
             raise MoreStates(list(found.terms[:most]))
         return found

@@ -1,7 +1,7 @@
 """The precondition of an operation, computed and written in the terms of the specification.
 
 After-values and outputs are eliminated by the one-point rule; what is left over numbers goes through the solver's
-tactic ``qe``. (Its tactics ``qe2`` and ``qe_rec`` answer satisfiability only and are of no use here.) What the state
+tactic ``qe`` (``cspcheck.checker.proof.elimination``). What the state
 and the inputs imply anyway is left out of the answer.
 """
 
@@ -11,20 +11,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-import z3
-
-from cspcheck.checker.proof.descriptions import plain
-from cspcheck.checker.proof.encode import Encoder
 from cspcheck.checker.proof.encode_functions import first_of
 from cspcheck.checker.proof.one_point import eliminated, simplified
 from cspcheck.checker.proof.prover import Prover
 from cspcheck.checker.proof.question import Impossible, Part
-from cspcheck.checker.proof.sorts import Expr, Unsupported
 from cspcheck.checker.proof.terms import (
     TRUE,
     Unknown,
     all_of,
-    any_of,
     bound_by,
     conjuncts,
     equal,
@@ -37,14 +31,12 @@ from cspcheck.checker.proof.terms import (
     variables_of,
 )
 from cspcheck.cspm.oz import core
-from cspcheck.cspm.oz.core import BOOL, Apply, Constant, Operation, Term, Variable
+from cspcheck.cspm.oz.core import BOOL, Apply, Constant, Operation, Term
 from cspcheck.cspm.oz.values.substitution import rebuilt
 from cspcheck.cspm.oz.writing.core_text import text
 
 _QE_SECONDS = 5.0
 _MOST_CASES = 16
-_LONGEST = 40
-"""An answer of the tactic with more parts than this is not an answer for people."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +83,7 @@ def _without_quantifiers(
         return [*outside, *by_cases]
     binders, table = bound_by(unknowns)
     whole = quantified("exists", binders, TRUE, all_of(substitute(term, table) for term in inside))
-    solved = _by_tactic(prover.specification, whole)
+    solved = prover.solver.eliminate(whole, _QE_SECONDS)
     return [*outside, *(conjuncts(solved) if solved is not None else [whole])]
 
 
@@ -114,7 +106,7 @@ def _by_cases(prover: Prover, known: list[Part], unknowns: tuple[Unknown, ...], 
             if left:
                 binders, table = bound_by(left)
                 body = all_of(substitute(part, table) for part in parts)
-                solved = _by_tactic(prover.specification, quantified("exists", binders, TRUE, body))
+                solved = prover.solver.eliminate(quantified("exists", binders, TRUE, body), _QE_SECONDS)
                 if solved is None:
                     return None
                 parts = [solved]
@@ -170,121 +162,6 @@ def _brief(prover: Prover, known: list[Part], case: list[Term]) -> list[Term]:
     return kept
 
 
-def _by_tactic(specification: core.Specification, term: Term) -> Term | None:
-    """A term that says the same without quantifiers; None where the tactic or this reader cannot tell."""
-    encoder = Encoder(specification)
-    try:
-        formula = encoder.term(plain(term))
-    except Unsupported:
-        return None
-    if encoder.approximated or encoder.facts:
-        return None
-    context = encoder.sorts.context
-    goal = z3.Goal(ctx=context)
-    goal.add(formula)
-    try:
-        tactic = z3.TryFor(
-            z3.Then(z3.Tactic("qe", context), z3.Tactic("ctx-solver-simplify", context), ctx=context),
-            int(_QE_SECONDS * 1000),
-            ctx=context,
-        )
-        results = tactic(goal)
-    except z3.Z3Exception:
-        return None
-    names = {formula.get_id(): key for key, formula in encoder.values.items()}
-    occurring = variables_of([term])
-    reader = _Reader({i: occurring[key] for i, key in names.items() if key in occurring}, specification, encoder)
-    try:
-        ways = [all_of(reader.read(part) for part in result) for result in results]
-    except _UnreadableFormula:
-        return None
-    if reader.parts > _LONGEST:
-        return None
-    return any_of(ways)
-
-
-class _UnreadableFormula(Exception):
-    """A formula that has no plain term."""
-
-
-class _Reader:
-    """Reads formulas of arithmetic and logic as core terms."""
-
-    def __init__(self, variables: dict[int, Variable], specification: core.Specification, encoder: Encoder) -> None:
-        self._variables = variables
-        self._frees = [core.FreeType(name) for name in specification.frees]
-        self._encoder = encoder
-        self.parts = 0
-
-    def read(self, formula: Expr) -> Term:
-        self.parts += 1
-        known = self._variables.get(formula.get_id())
-        if known is not None:
-            return known
-        if z3.is_true(formula) or z3.is_false(formula):
-            return Constant(type=BOOL, value=z3.is_true(formula))
-        if z3.is_int_value(formula):
-            return Constant(type=core.INT, value=formula.as_long())
-        if z3.is_rational_value(formula):
-            value = Fraction(formula.numerator_as_long(), formula.denominator_as_long())
-            return Constant(type=core.REAL, value=value)
-        if not z3.is_app(formula):
-            raise _UnreadableFormula
-        if formula.sort().kind() == z3.Z3_DATATYPE_SORT and not formula.children():
-            return self._construct(formula)
-        operands = [self.read(child) for child in formula.children()]
-        return self._applied(formula, operands)
-
-    def _construct(self, formula: Expr) -> Term:
-        """A constant of a free type."""
-        for type_ in self._frees:
-            sort = self._encoder.sorts.sort(type_)
-            if sort != formula.sort():
-                continue
-            for index, (constructor, _) in enumerate(self._encoder.sorts.free(type_).branches):
-                if formula.decl().eq(sort.constructor(index)):
-                    return core.Construct(type=type_, constructor=constructor)
-        raise _UnreadableFormula
-
-    def _applied(self, formula: Expr, operands: list[Term]) -> Term:
-        kind = formula.decl().kind()
-        match kind:
-            case z3.Z3_OP_AND:
-                return all_of(operands)
-            case z3.Z3_OP_OR:
-                return any_of(operands)
-            case z3.Z3_OP_NOT:
-                return _opposite(operands[0])
-            case z3.Z3_OP_IMPLIES:
-                return Apply(type=BOOL, operator="implies", operands=tuple(operands))
-            case z3.Z3_OP_EQ:
-                operator = "iff" if operands[0].type == BOOL else "equal"
-                return _compared(operator, operands[0], operands[1])
-            case z3.Z3_OP_LE:
-                return _compared("at_most", operands[0], operands[1])
-            case z3.Z3_OP_LT:
-                return _compared("less", operands[0], operands[1])
-            case z3.Z3_OP_GE:
-                return _compared("at_most", operands[1], operands[0])
-            case z3.Z3_OP_GT:
-                return _compared("less", operands[1], operands[0])
-            case z3.Z3_OP_ADD | z3.Z3_OP_SUB | z3.Z3_OP_MUL:
-                names = {z3.Z3_OP_ADD: "plus", z3.Z3_OP_SUB: "minus", z3.Z3_OP_MUL: "times"}
-                result = operands[0]
-                for operand in operands[1:]:
-                    result = Apply(type=result.type, operator=names[kind], operands=(result, operand))
-                return result
-            case z3.Z3_OP_MOD | z3.Z3_OP_IDIV if isinstance(operands[1], Constant) and operands[1].value > 0:
-                # For positive divisors both have the meaning that they have in Z.
-                name = "mod" if kind == z3.Z3_OP_MOD else "div"
-                return Apply(type=core.INT, operator=name, operands=tuple(operands))
-            case z3.Z3_OP_UMINUS:
-                return Apply(type=operands[0].type, operator="negate", operands=tuple(operands))
-            case z3.Z3_OP_TO_REAL:
-                return Apply(type=core.REAL, operator="int_to_real", operands=tuple(operands))
-        raise _UnreadableFormula
-
-
 def tidied(term: Term) -> Term:
     """A conjunct that is known to be defined, with lengths and domains worked out."""
     return simplified(_tidied(term))
@@ -302,11 +179,11 @@ def _tidied(term: Term) -> Term:
         case Apply(operator="length", operands=(Apply(operator="rev", operands=(inner,)),)):
             return replace(term, operands=(inner,))
         case Apply(operator="at_most" | "less" | "equal" as operator, operands=(left, right)):
-            return _compared(operator, left, right)
+            return compared(operator, left, right)
         case Apply(operator="in", operands=(Apply() as number, Apply(operator="range", operands=(low, high)))):
-            return all_of([_compared("at_most", low, number), _compared("at_most", number, high)])
+            return all_of([compared("at_most", low, number), compared("at_most", number, high)])
         case Apply(operator="in", operands=(number, Apply(operator="Nat"))) if isinstance(number, Apply):
-            return _compared("at_most", integer(0), number)
+            return compared("at_most", integer(0), number)
         case Apply(operator="dom", operands=(Apply(operator="override", operands=(old, new)),)):
             both = tuple(_tidied(replace(term, operands=(part,))) for part in (old, new))
             return Apply(type=term.type, operator="union", operands=both)
@@ -325,15 +202,15 @@ def _sum(left: Term, right: Term) -> Term:
     return Apply(type=core.INT, operator="plus", operands=(left, right))
 
 
-def _opposite(term: Term) -> Term:
+def opposite(term: Term) -> Term:
     """The negation, with comparisons turned round."""
     if isinstance(term, Apply) and term.operator in ("at_most", "less"):
         left, right = term.operands
-        return _compared("less" if term.operator == "at_most" else "at_most", right, left)
+        return compared("less" if term.operator == "at_most" else "at_most", right, left)
     return negation(term)
 
 
-def _compared(operator: str, left: Term, right: Term) -> Term:
+def compared(operator: str, left: Term, right: Term) -> Term:
     """A comparison with what is subtracted moved to the other side: ``x - y >= 0`` is ``y <= x``."""
     positive: list[Term] = []
     negative: list[Term] = []

@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from cspcheck.checker.proof.cases import cases
+from cspcheck.checker.proof.client import Solver
 from cspcheck.checker.proof.finding import Finding, Severity, Status
 from cspcheck.checker.proof.finite import found_in_scope, is_small
 from cspcheck.checker.proof.question import Answer, Found, Impossible, NotUpTo, Part, Question, Settings, Unanswered
 from cspcheck.checker.proof.situation import Situation
-from cspcheck.checker.proof.solver import Solver
 from cspcheck.checker.proof.terms import all_of, negation, variables_of
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Term, Variable

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from cspcheck.cspm.oz.core import Term, Variable
 from cspcheck.cspm.source import Span
@@ -83,7 +83,9 @@ class Settings:
     """How long and how the solver tries.
 
     Attributes:
-        seconds: for one question, the bounded searches included.
+        seconds: of the solver's work for one question, the bounded searches included. What the solver does in a second
+            is a fixed number of its steps: on an ordinary machine that is a second or two, on a busy one more.
+        limit: the seconds that have passed when a question is given up in any case; None: there is no such limit.
         scopes: the sizes that are tried when the whole question is not answered.
         seed: of the solver.
         deadline: when to stop altogether, on the solver's clock; None: never.
@@ -91,7 +93,42 @@ class Settings:
     """
 
     seconds: float = 10.0
+    limit: float | None = None
     scopes: tuple[int, ...] = (1, 2, 3, 6)
     seed: int = 1
     deadline: float | None = None
     smtlib: list[tuple[str, str]] | None = field(default=None)
+
+
+@dataclass(slots=True)
+class Request:
+    """What the process of the solver is asked.
+
+    Attributes:
+        verb: ``ask``, ``conflict`` or ``eliminate``.
+        what: a question, parts, or a term.
+        seconds, scopes, seed: see :class:`Settings`.
+        name, first_query: what queries are called when they are written out, and the number of the first.
+        smtlib: whether they are to be written out.
+        subject: the number of what it is about; that itself where the process does not know it yet.
+    """
+
+    verb: str
+    what: Any
+    seconds: float
+    scopes: tuple[int, ...]
+    seed: int
+    name: str = "query"
+    smtlib: bool = False
+    first_query: int = 0
+    subject: int = 0
+    specification: object = None
+    model: object = None
+
+
+@dataclass(frozen=True, slots=True)
+class Failed:
+    """There is no answer. *ours*: the mistake is one of this program, and the reason its traceback."""
+
+    reason: str
+    ours: bool = False

@@ -193,7 +193,7 @@ class Reader:
     def _elsewhere(self, array: Expr, points: list[Expr]) -> Expr:
         """What a lambda gives at some point that is none of *points*; if there is none, at one of them."""
         solver = z3.Solver(ctx=self._sorts.context)
-        solver.set("timeout", 500)
+        solver.set("rlimit", 500_000)
         other = z3.Const("elsewhere%", array.sort().domain())
         solver.add(*[other != point for point in points])
         if solver.check() != z3.sat:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import z3
@@ -20,6 +19,8 @@ from cspcheck.checker.proof.terms import Key, Unknown, is_false, is_true, substi
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Term, Variable
 
+STEPS = 500_000
+"""So many of the solver's steps count as a second: what it takes on an ordinary machine, within a factor of three."""
 _SMALL = (3, 10, 100)
 """Counterexamples are looked for with numbers up to these first."""
 
@@ -39,8 +40,8 @@ class Solver:
     Args:
         specification: that the questions are about.
         model: the class whose constants they may speak of.
-        settings: how hard to try.
-        clock: tells the seconds.
+        settings: how hard to try. Seconds are counted in steps of the solver, so the answers depend on nothing else.
+        first_query: how many queries have been written out before.
     """
 
     def __init__(
@@ -48,14 +49,15 @@ class Solver:
         specification: core.Specification,
         model: core.ClassModel | None = None,
         settings: Settings | None = None,
-        clock: Callable[[], float] = time.monotonic,
+        *,
+        first_query: int = 0,
     ) -> None:
         self.specification = specification
         self.model = model
         self.settings = settings or Settings()
         self.definedness = Definedness(specification.frees)
-        self._clock = clock
-        self._queries = 0
+        self._queries = first_query
+        self._left = 0.0
         self.name = "query"
         """What queries are called when they are written out."""
 
@@ -64,10 +66,7 @@ class Solver:
         parts = [part for part in question.parts if not is_true(part.term)]
         if any(is_false(part.term) for part in parts):
             return Impossible()
-        seconds = self._seconds()
-        if seconds <= 0:
-            return Unanswered("the time limit was reached")
-        end = self._clock() + seconds
+        seconds = self._left = self.settings.seconds
         sized = any(map(_sized, parts))
         if sized and self.settings.scopes:
             # Values are found, if there are any, most easily where collections are written out.
@@ -79,23 +78,16 @@ class Solver:
             return Impossible()
         if whole.found is not None:
             return whole.found
-        return self._bounded(question, parts, whole.reason, end) if sized else Unanswered(whole.reason)
+        return self._bounded(question, parts, whole.reason) if sized else Unanswered(whole.reason)
 
-    def _seconds(self) -> float:
-        """The time that there is for a question."""
-        if self.settings.deadline is None:
-            return self.settings.seconds
-        return min(self.settings.seconds, self.settings.deadline - self._clock())
-
-    def _bounded(self, question: Question, parts: list[Part], reason: str, end: float) -> Answer:
+    def _bounded(self, question: Question, parts: list[Part], reason: str) -> Answer:
         """The question in small scopes."""
         searched = 0
         given = any(_has_given(part.term) for part in parts)
         for number, scope in enumerate(self.settings.scopes):
-            left = end - self._clock()
-            if left <= 0.05:
+            if self._left <= 0.05:
                 break
-            share = left / (len(self.settings.scopes) - number)
+            share = self._left / (len(self.settings.scopes) - number)
             attempt = self._attempt(question, parts, scope, share)
             if attempt.found is not None:
                 return attempt.found
@@ -118,7 +110,7 @@ class Solver:
         solver.set("random_seed", self.settings.seed)
         solver.add(*formulas, *encoder.facts)
         self._write_out(solver, scope)
-        result = _check(solver, seconds, self._clock)
+        result = self._check(solver, seconds)
         if result == z3.unsat:
             return _Attempt("unsat")
         if result == z3.unknown:
@@ -148,6 +140,16 @@ class Solver:
             suffix = "" if scope is None else f"-scope{scope}"
             self.settings.smtlib.append((f"{self.name}-{self._queries:03}{suffix}", solver.to_smt2()))
 
+    def _check(self, solver: Expr, seconds: float) -> Expr:
+        """Have the solver decide, in as many of its steps as make so many seconds."""
+        solver.set("rlimit", max(1, int(seconds * STEPS)))
+        try:
+            return solver.check()
+        except z3.Z3Exception:
+            return z3.unknown
+        finally:
+            self._left -= _steps(solver) / STEPS
+
     # --- values ------------------------------------------------------------------------------------------------------
 
     def _read(self, question: Question, parts: list[Part], encoder: Encoder, solver: Expr, seconds: float) -> _Attempt:
@@ -173,7 +175,7 @@ class Solver:
             solver.push()
             solver.add(*[z3.And(number >= -bound, number <= bound) for number in numbers])
             solver.add(*[length <= bound for length in lengths])
-            small = solver.model() if _check(solver, min(seconds, 1.0), self._clock) == z3.sat else None
+            small = solver.model() if self._check(solver, min(seconds, 1.0)) == z3.sat else None
             solver.pop()
             if small is not None:
                 yield small
@@ -227,7 +229,7 @@ class Solver:
         solver = z3.Solver(ctx=encoder.sorts.context)
         solver.set("random_seed", self.settings.seed)
         solver.add(*given, *encoder.facts, z3.Not(goal))
-        return bool(_check(solver, self.settings.seconds * 0.2, self._clock) == z3.unsat)
+        return bool(self._check(solver, self.settings.seconds * 0.2) == z3.unsat)
 
     # --- reasons -----------------------------------------------------------------------------------------------------
 
@@ -262,7 +264,7 @@ class Solver:
             label = z3.Bool(f"part%{i}", encoder.sorts.context)
             names[f"part%{i}"] = parts[i]
             solver.assert_and_track(formula, label)
-        if _check(solver, seconds, self._clock) != z3.unsat:
+        if self._check(solver, seconds) != z3.unsat:
             return None
         chosen = {str(label) for label in solver.unsat_core()}
         return [part for name, part in names.items() if name in chosen]
@@ -276,7 +278,7 @@ class Solver:
         solver = z3.Solver(ctx=encoder.sorts.context)
         solver.set("random_seed", self.settings.seed)
         solver.add(*formulas, *encoder.facts)
-        return bool(_check(solver, seconds, self._clock) == z3.unsat)
+        return bool(self._check(solver, seconds) == z3.unsat)
 
 
 def _result(variable: Variable) -> bool:
@@ -329,21 +331,19 @@ def _has_size(type_: core.Type) -> bool:
     return False
 
 
-def _check(solver: Expr, seconds: float, clock: Callable[[], float]) -> Expr:
-    solver.set("timeout", max(1, int(seconds * 1000)))
-    try:
-        result = solver.check()
-    except z3.Z3Exception:
-        return z3.unknown
-    if result == z3.unknown and "interrupted" in solver.reason_unknown():
-        raise KeyboardInterrupt  # the solver takes the signal for itself
-    return result
+def _steps(solver: Expr) -> int:
+    """How many steps the solver has taken."""
+    statistics = solver.statistics()
+    for key in statistics.keys():  # noqa: SIM118 (no mapping)
+        if key == "rlimit count":
+            return int(statistics.get_key_value(key))
+    return 0
 
 
 def _because(reason: str, seconds: float) -> str:
     """The solver's reason in a user's words."""
-    if reason in ("timeout", "canceled", "interrupted from keyboard"):
-        return f"the solver gave up after {seconds:.3g} s"
+    if reason in ("timeout", "canceled", "interrupted from keyboard") or "resource limit" in reason:
+        return f"the solver gave up after {seconds:.3g} s of work"
     if "incomplete" in reason:
         return "the solver cannot decide the quantifiers"
     return f"the solver gave up: {reason}"

@@ -14,6 +14,9 @@ from cspcheck.cspm.process.terms import (
 from cspcheck.cspm.source import Span
 
 _FEW = 3
+_MANY = 100
+SAMPLE = 4_000
+"""So many states are looked at to tell in the midst of an exploration what grows."""
 _NESTED = 8
 """No one writes one operator inside itself so often; a recursion does."""
 
@@ -32,6 +35,23 @@ def too_many(process: Process, terms: Sequence[Process], heads: HeadNormalForms)
     if operator is not None:
         return LimitReached(growing_process(name, states, operator, depth, span), states)
     return LimitReached(too_many_states(name, states, span), states)
+
+
+def so_far(terms: Sequence[Process], heads: HeadNormalForms) -> str:
+    """What is going on where *terms* have been found and there may be more: how many, and what grows, if anything."""
+    states = len(terms)
+    going_on = f"exploring a component of the process, {states:,} states of it so far"
+    sample = [*terms[: SAMPLE // 2], *terms[max(SAMPLE // 2, states - SAMPLE // 2) : states]]
+    if not sample:
+        return going_on
+    calls = max(_calls(sample, heads).values(), key=len, default=[])
+    if len(calls) > _MANY and 10 * len(calls) >= len(sample):
+        texts = ", ".join(f"`{call.text}`" for call in calls[:_FEW])
+        return f"{going_on}: `{definition_name(calls[0])}` is called with ever new arguments ({texts}, ...)"
+    operator, depth = _growing(sample)
+    if operator is not None:
+        return f"{going_on}: it keeps growing, `{operator}` is nested {depth:,} deep"
+    return going_on
 
 
 def _growing(terms: Sequence[Process]) -> tuple[str | None, int]:

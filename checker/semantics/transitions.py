@@ -186,7 +186,11 @@ class MoreStates(Exception):
 
 
 def breadth_first(
-    initial: Process, successors: Callable[[Process], Iterable[Step]], most: int | None, poll: Poll | None = None
+    initial: Process,
+    successors: Callable[[Process], Iterable[Step]],
+    most: int | None,
+    poll: Poll | None = None,
+    terms: list[Process] | None = None,
 ) -> Explored:
     """The machine that a successor function spans.
 
@@ -195,12 +199,14 @@ def breadth_first(
         successors: (label, state) pairs of a state, distinct.
         most: how many states there may be; None: any number.
         poll: called about once in a thousand states.
+        terms: an empty list, for who wants to look at the states while they are found.
 
     Raises:
         MoreStates: there are more than *most*.
     """
     number = {initial: 0}
-    terms = [initial]
+    terms = [] if terms is None else terms
+    terms.append(initial)
     offsets, labels, targets = [0], [], []
     for source in terms:
         row = []

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import os
 import sys
 from collections.abc import Sequence
@@ -21,12 +23,14 @@ VERBS = {
     "fmt": "Print scripts in the standard layout, or rewrite them.",
     "latex": "Write classes as LaTeX, or LaTeX as text.",
     "probe": "Step through a process, or through a counterexample.",
+    "explore": "Explore a script in the browser.",
     "graph": "Draw a machine, an architecture or a counterexample.",
     "cspm": "Write a script with classes as plain CSPm, for FDR.",
     "gen": "Generate a program of tasks and channels.",
     "trace": "Say whether a recorded run is a trace of a process.",
     "explain": "Say what an error code means, with an example and its repair.",
     "examples": "List, print or copy the examples that come with cspcheck.",
+    "lsp": "Serve an editor: diagnostics, navigation, checks (LSP).",
     "completion": "Print the completion script for a shell.",
 }
 """The verbs with what ``--help`` says of them, so that it need not import them."""
@@ -125,7 +129,7 @@ def front_door() -> None:
 
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run the command line with *arguments* (default: those of the process); the exit code."""
-    from cspcheck.cli.streams import ReaderGone, prepare_standard_streams
+    from cspcheck.cli.streams import STANDARD_OUTPUT, OutputLost, ReaderGone, prepare_standard_streams
 
     prepare_standard_streams()
     given = list(sys.argv[1:] if arguments is None else arguments)
@@ -140,16 +144,38 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except ReaderGone:
         # The code is the one that the shell gives to a program that the signal of a broken pipe ends. What is still
         # buffered must not fail again when the interpreter closes.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _drop_output()
         return 141
+    except OutputLost as lost:
+        _drop_output()
+        _tell(lost.diagnostic)
+        return 2
     except (KeyboardInterrupt, click.Abort):
         return 130
+    except MemoryError:
+        from cspcheck.messages import out_of_memory
+
+        _tell(out_of_memory())
+        return 3
+    except OSError as error:
+        # Reading has its own messages; what is left is text that click or the interpreter could not write.
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO):
+            return _stopped(error, given)
+        _drop_output()
+        _tell(OutputLost(STANDARD_OUTPUT, error).diagnostic)
+        return 2
     except Exception as error:
         return _stopped(error, given)
 
 
+def _drop_output() -> None:
+    """Have what is still buffered go nowhere: it must not fail again when the interpreter closes."""
+    with contextlib.suppress(OSError, ValueError):  # a stream that is no file
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
 def main() -> NoReturn:
-    """Run the command line of the process and end it."""
+    """Run the command line of the process and end it. The command itself begins in ``cspcheck.__main__``."""
     sys.exit(run())
 
 

@@ -30,7 +30,12 @@ def command(**options: Any) -> None:
     from cspcheck.report.style import style_for
     from cspcheck.result import Exit
 
-    settings = Settings(definitions=dict(options["definitions"]), view=options["view"], outputs=options["outputs"])
+    settings = Settings(
+        definitions=dict(options["definitions"]),
+        view=options["view"],
+        outputs=options["outputs"],
+        include_roots=options["include_roots"],
+    )
     try:
         exported = plain_text(load(options["file"], settings))
     except ScriptError as error:

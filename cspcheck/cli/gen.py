@@ -48,7 +48,8 @@ def command(**options: Any) -> None:
     remarks = Remarks()
     say = StandardOutput().write
     try:
-        script = load(options["file"], Settings(definitions=dict(options["definitions"])))
+        settings = Settings(definitions=dict(options["definitions"]), include_roots=options["include_roots"])
+        script = load(options["file"], settings)
         name = options["process"]
         if name is None:
             found = candidates(script)

@@ -1,4 +1,4 @@
-"""Ctrl-C that is never lost.
+"""Ctrl-C that is never lost, and the signal that asks a program to end, which is told in the same way.
 
 Python raises ``KeyboardInterrupt`` wherever the program happens to be. Where that is a callback from machine code (the
 compiler of the kernels has some), the exception is printed and dropped, and the program goes on. Here the wish is
@@ -21,14 +21,15 @@ class Interrupts:
     def __init__(self) -> None:
         self._asked = False
         self._holding = False
-        self._handler: Any = None
+        self._handlers: dict[signal.Signals, Any] = {}
         self._hook = sys.unraisablehook
 
     def __enter__(self) -> Self:
-        try:
-            self._handler = signal.signal(signal.SIGINT, self._interrupt)
-        except ValueError:  # not the main thread, which alone gets signals
-            self._handler = None
+        for number in (signal.SIGINT, signal.SIGTERM):
+            try:
+                self._handlers[number] = signal.signal(number, self._interrupt)
+            except ValueError:  # not the main thread, which alone gets signals
+                break
         self._hook = sys.unraisablehook
         sys.unraisablehook = self._unraisable
         return self
@@ -37,8 +38,9 @@ class Interrupts:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         sys.unraisablehook = self._hook
-        if self._handler is not None:
-            signal.signal(signal.SIGINT, self._handler)
+        for number, handler in self._handlers.items():
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+        self._handlers = {}
 
     def poll(self) -> None:
         """A chance to stop.

@@ -128,6 +128,7 @@ def settings(options: Mapping[str, Any], overrides: Mapping[str, str]) -> Settin
         typecheck=options["typecheck"],
         view=options["view"],
         outputs=options["outputs"],
+        include_roots=options["include_roots"],
     )
 
 
@@ -178,6 +179,16 @@ output_options = _all(
 )
 """--format, -o."""
 
+include_root_option = click.option(
+    "--include-root",
+    "include_roots",
+    type=click.Path(),
+    multiple=True,
+    metavar="FOLDER",
+    help="Let scripts include files from below FOLDER, too, not only from below their own.",
+)
+"""--include-root."""
+
 script_options = _all(
     click.option(
         "-D",
@@ -187,8 +198,9 @@ script_options = _all(
         metavar="NAME=EXPR",
         help="Override a top-level constant of the scripts.",
     ),
+    include_root_option,
 )
-"""-D."""
+"""-D, --include-root."""
 
 
 def defined_names(ctx: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:

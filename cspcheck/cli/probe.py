@@ -40,7 +40,7 @@ def command(**options: Any) -> None:
     from cspcheck.cli.streams import StandardOutput
     from cspcheck.report.style import style_for
 
-    settings = checking.Settings(definitions=definitions(options))
+    settings = checking.Settings(definitions=definitions(options), include_roots=options["include_roots"])
     output = StandardOutput()
     style = style_for(sys.stdout, options["color"])
     probe, result = _counterexample(settings, options) if options["at"] else (_process(settings, options), None)

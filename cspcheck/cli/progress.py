@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
+from cspcheck.cspm.interruption import Words, doing, told
 from cspcheck.quantities import show_bytes
 from cspcheck.report.style import Style, harmless
 
@@ -20,6 +21,10 @@ LIVE_INTERVAL = 0.2
 """Seconds between two states of the live line."""
 LINE_INTERVAL = 10.0
 """Seconds between two lines where there is no terminal."""
+LOOK_INTERVAL = 2.0
+"""Seconds between two looks at what is going on inside."""
+LONG = 10.0
+"""Seconds after which what is going on inside is told, too."""
 STALE = 1.0
 """Seconds after which the numbers of a search are old and only the time is shown."""
 _ERASE = "\r\x1b[K"
@@ -53,6 +58,8 @@ class ProgressLine:
         self._clock = clock
         self._poll = poll
         self._what = ""
+        self._doing: Sequence[Words] = ()
+        self._said = (-LOOK_INTERVAL, "")
         self._start = self._next = 0.0
         self._shown = False
         self._working = False
@@ -66,6 +73,7 @@ class ProgressLine:
         """Some work starts; *what* it is."""
         with self._lock:
             self._what = " ".join(harmless(what).split())
+            self._doing = doing()
             self._start = self._told = self._clock()
             self._next = self._start + (FIRST if self._live else LINE_INTERVAL)
             self._last = (self._start, 0)
@@ -86,7 +94,20 @@ class ProgressLine:
         with self._lock:
             now = self._clock()
             if self._working and now >= self._next and now - self._told >= STALE:
-                self._show(f"{now - self._start:.0f} s", now)
+                self._show(f"{now - self._start:.0f} s{self._inside(now)}", now)
+
+    def _inside(self, now: float) -> str:
+        """What is going on inside the work, once it has been going on for long."""
+        if now - self._start < LONG or not self._doing:
+            return ""
+        looked, said = self._said
+        if now - looked >= LOOK_INTERVAL or looked < self._start:
+            try:
+                said = ", " + harmless(told(self._doing[-1]))
+            except Exception:  # it is another thread's, and just now something else
+                said = ""
+            self._said = (now, said)
+        return said
 
     def notify(self, line: str) -> None:
         """Say something once."""

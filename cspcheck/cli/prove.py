@@ -34,7 +34,12 @@ FORMATS = ("full", "json")
 @click.option("--obligation", metavar="NAME", help="Only this obligation, or this rule of refinement: `correctness`.")
 @click.option("--operation", metavar="OP", help="Only this operation.")
 @click.option("--precondition", metavar="OP", help="Say instead when this operation is possible.")
-@click.option("--timeout", type=DURATION, metavar="TIME", help="Give up an obligation after TIME.  [default: 10s]")
+@click.option(
+    "--timeout",
+    type=DURATION,
+    metavar="TIME",
+    help="Give up an obligation after TIME.  [default: when the solver has worked for about 10 s]",
+)
 @click.option("--smtlib", metavar="FOLDER", type=click.Path(), help="Write every query of the solver to FOLDER.")
 @click.option("--format", "form", type=click.Choice(FORMATS), default="full", show_default=True, help="Output form.")
 @output_option
@@ -55,8 +60,8 @@ def command(**options: Any) -> None:
     from cspcheck.selection import EmptyFolder, targets
 
     smtlib: list[tuple[str, str]] | None = [] if options["smtlib"] is not None else None
-    settings = Settings(seconds=options["timeout"] or 10.0, smtlib=smtlib)
-    loading = checking.Settings(definitions=definitions(options))
+    settings = Settings(seconds=options["timeout"] or 10.0, limit=options["timeout"], smtlib=smtlib)
+    loading = checking.Settings(definitions=definitions(options), include_roots=options["include_roots"])
     with output_to(options["output"]) as output:
         listing: Listing
         if options["form"] == "json":

@@ -155,7 +155,7 @@ class Session:
         return script
 
     def _check(self, script: Script, assertions: Sequence[Assertion]) -> None:
-        from cspcheck.checking import check, checker_for, covered, unanswered, unreached
+        from cspcheck.checking import check, checker_for, covered, drawn, unanswered, unreached
 
         checker = checker_for(script, self._settings, self.progress)
         for position, assertion in enumerate(assertions):
@@ -166,7 +166,9 @@ class Session:
                 try:
                     result = check(checker, assertion)
                     if self._settings.coverage:
-                        result = covered(script, checker, assertion, result)
+                        result = covered(checker, assertion, result)
+                    if self._settings.machines:
+                        result = drawn(script, result)
                     code = exit_of(result)
                 except Exception as error:
                     report = self._internal_errors.report(error, f"checking `{assertion.text}`")

@@ -64,6 +64,21 @@ class ReaderGone(BaseException):
     """Whoever read our output has left. Not an ``Exception``: nothing that is told of those can be told any more."""
 
 
+class OutputLost(BaseException):
+    """The result cannot be written (the disk is full, say). Not an ``Exception``: no mistake of a script or of ours.
+
+    Attributes:
+        diagnostic: says so.
+    """
+
+    def __init__(self, name: str, error: OSError) -> None:
+        super().__init__(name)
+        self.diagnostic = cannot_write(name, error.strerror or str(error))
+
+
+STANDARD_OUTPUT = "standard output"
+
+
 class StandardOutput:
     """Standard output, flushed with every piece so that it keeps its order with standard error."""
 
@@ -75,12 +90,15 @@ class StandardOutput:
 
         Raises:
             ReaderGone: nobody reads any more.
+            OutputLost: it cannot be written.
         """
         try:
             self.stream.write(text)
             self.stream.flush()
         except BrokenPipeError:
             raise ReaderGone from None
+        except OSError as error:
+            raise OutputLost(STANDARD_OUTPUT, error) from None
 
     def __enter__(self) -> Self:
         return self
@@ -108,11 +126,23 @@ class Device:
     """Something that is not a file (``/dev/null``, a pipe): written as it comes."""
 
     def __init__(self, path: str) -> None:
+        self._path = path
         self.stream: TextIO = open(path, "w", encoding="utf-8", errors="backslashreplace")  # noqa: SIM115 (closed in __exit__)
 
     def write(self, text: str) -> None:
-        """Write some text."""
-        self.stream.write(text)
+        """Write some text.
+
+        Raises:
+            ReaderGone: nobody reads any more.
+            OutputLost: it cannot be written.
+        """
+        try:
+            self.stream.write(text)
+            self.stream.flush()
+        except BrokenPipeError:
+            raise ReaderGone from None
+        except OSError as error:
+            raise OutputLost(self._path, error) from None
 
     def __enter__(self) -> Self:
         return self
@@ -120,7 +150,9 @@ class Device:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self.stream.close()
+        # What could not be written has been told; it is not tried again.
+        with contextlib.suppress(OSError):
+            self.stream.close()
 
 
 class WholeFile:
@@ -139,8 +171,15 @@ class WholeFile:
         self.stream: TextIO = os.fdopen(number, "w", encoding=encoding, errors="backslashreplace", newline="")
 
     def write(self, text: str) -> None:
-        """Add some text."""
-        self.stream.write(text)
+        """Add some text.
+
+        Raises:
+            OutputLost: it cannot be written.
+        """
+        try:
+            self.stream.write(text)
+        except OSError as error:
+            raise OutputLost(self._path, error) from None
 
     def __enter__(self) -> Self:
         return self
@@ -149,15 +188,23 @@ class WholeFile:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if kind is not None:
-            self.stream.close()
-            with contextlib.suppress(OSError):
-                os.unlink(self._temporary)
+            self._drop()
             return
-        self.stream.flush()
-        os.fsync(self.stream.fileno())
-        self.stream.close()
-        os.chmod(self._temporary, _mode_for(self._path))
-        os.replace(self._temporary, self._path)
+        try:
+            self.stream.flush()
+            os.fsync(self.stream.fileno())
+            self.stream.close()
+            os.chmod(self._temporary, _mode_for(self._path))
+            os.replace(self._temporary, self._path)
+        except OSError as lost:
+            self._drop()
+            raise OutputLost(self._path, lost) from None
+
+    def _drop(self) -> None:
+        """Leave nothing behind."""
+        for end in (self.stream.close, lambda: os.unlink(self._temporary)):
+            with contextlib.suppress(OSError):
+                end()
 
 
 def _mode_for(path: str) -> int:
@@ -179,5 +226,7 @@ def replace_text(path: str, text: str, encoding: str = "utf-8") -> None:
     try:
         with WholeFile(path, encoding) as file:
             file.write(text)
+    except OutputLost as lost:
+        raise ScriptError(lost.diagnostic) from None
     except OSError as error:
         raise ScriptError(cannot_write(path, error.strerror or str(error))) from None

@@ -15,6 +15,7 @@ from cspcheck.cli.options import (
     assert_option,
     configured_definitions,
     files_argument,
+    include_root_option,
     limit_options,
     manner_options,
     output_option,
@@ -37,6 +38,7 @@ FORMATS = ("table", "json")
 @click.option("--format", "form", type=click.Choice(FORMATS), default="table", show_default=True, help="Output form.")
 @output_option
 @assert_option
+@include_root_option
 @limit_options
 @manner_options
 def command(**options: Any) -> None:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
+import stat
 import sys
 import time
-from typing import Any
+from collections.abc import Iterable, Iterator
+from typing import Any, BinaryIO
 
 import click
 
@@ -41,13 +44,17 @@ def command(**options: Any) -> None:
     name, process = options["run"], options["process"]
     started = time.perf_counter()
     try:
-        script = load(options["file"], Settings(definitions=dict(options["definitions"])))
+        settings = Settings(definitions=dict(options["definitions"]), include_roots=options["include_roots"])
+        script = load(options["file"], settings)
         try:
             follower = Follower(script, script.process(process), hidden=options["inside"])
-            with sys.stdin if name == "-" else open(name, encoding="utf-8") as lines:
-                verdict = follow(follower, read_records(lines, name))
+            # Not by waiting for ever: what is neither a file nor a pipe that somebody has opened is refused.
+            with sys.stdin.buffer if name == "-" else _file(name) as lines:
+                verdict = follow(follower, read_records(_texts(lines), name))
         except OSError as error:
             raise ScriptError(cannot_read(name, error.strerror or str(error))) from None
+        except UnicodeDecodeError as error:
+            raise ScriptError(cannot_read(name, f"it is not UTF-8: {error.reason}")) from None
         except TooManyStates:
             remarks.write(
                 render_diagnostics([too_many_at_a_time(process)], style_for(remarks.stream, options["color"]))
@@ -85,3 +92,20 @@ def command(**options: Any) -> None:
                 at = "" if record.time is None else f" at {record.time:g} s"
                 say(f"  performed by {', '.join(record.tasks)}{at}\n")
     finish(Exit.OK if departure is None else Exit.FAILED)
+
+
+def _file(name: str) -> BinaryIO:
+    number = os.open(name, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    file = os.fdopen(number, "rb")
+    mode = os.fstat(number).st_mode
+    if stat.S_ISFIFO(mode) and name.startswith("/dev/fd/"):
+        os.set_blocking(number, True)
+    elif not stat.S_ISREG(mode):
+        file.close()
+        raise OSError(0, "it is a folder, a device or a pipe, not a file")
+    return file
+
+
+def _texts(lines: Iterable[bytes]) -> Iterator[str]:
+    for line in lines:
+        yield line.decode("utf-8")

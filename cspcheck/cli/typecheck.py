@@ -37,7 +37,7 @@ def command(**options: Any) -> None:
     verbosity = options["verbose"] - options["quiet"]
     with output_to(options["output"]) as output:
         session = Session(
-            Settings(definitions=definitions(options)),
+            Settings(definitions=definitions(options), include_roots=options["include_roots"]),
             scripts_report(options["form"], output.write, style_for(output.stream, options["color"]), verbosity),
             color=options["color"],
             verbosity=verbosity,

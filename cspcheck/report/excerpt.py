@@ -48,12 +48,15 @@ class _Line:
     @classmethod
     def of(cls, source: Source, number: int) -> _Line:
         raw = harmless(source.line_text(number))
-        shown, starts = "", []
+        pieces: list[str] = []
+        starts: list[int] = []
+        column = 0
         for character in raw:
-            starts.append(columns(shown))
-            shown += TAB if character == "\t" else character
-        starts.append(columns(shown))
-        return cls(number, shown, starts)
+            starts.append(column)
+            pieces.append(TAB if character == "\t" else character)
+            column += columns(pieces[-1])
+        starts.append(column)
+        return cls(number, "".join(pieces), starts)
 
     def column(self, character: int) -> int:
         """Where the character with this number (from 1) is shown; a place behind the line counts as its end."""

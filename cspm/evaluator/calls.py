@@ -20,6 +20,7 @@ from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.evaluator.routines import Routine, apply, apply_process, call_routine, passed
 from cspcheck.cspm.evaluator.sorts import Sort
 from cspcheck.cspm.evaluator.timed import timed_name
+from cspcheck.cspm.interruption import Stopped
 from cspcheck.cspm.naming.symbols import SymbolKind
 from cspcheck.cspm.process.terms import Process, Reference
 from cspcheck.cspm.source import Span
@@ -180,7 +181,7 @@ def _call(routine: Routine, arguments: list[Code], span: Span) -> Code:
                 return routine.reference((), given)
             try:
                 value = routine.enter(given)
-            except (Failure, RecursionError) as error:
+            except (Failure, RecursionError, Stopped) as error:
                 raise passed(error, routine, given, span) from None
             if checked and type(value) in PROCESS_TYPES and type(value) is not Reference:
                 return routine.reference((), given, value)
@@ -196,7 +197,7 @@ def _call(routine: Routine, arguments: list[Code], span: Span) -> Code:
                 return routine.reference((), given)
             try:
                 value = routine.enter(given)
-            except (Failure, RecursionError) as error:
+            except (Failure, RecursionError, Stopped) as error:
                 raise passed(error, routine, given, span) from None
             if checked and type(value) in PROCESS_TYPES and type(value) is not Reference:
                 return routine.reference((), given, value)
@@ -222,7 +223,7 @@ def _local_call(routine: Routine, arguments: list[Code], span: Span) -> Code:
             return routine.reference(base, given)
         try:
             value = routine.enter(base + given)
-        except (Failure, RecursionError) as error:
+        except (Failure, RecursionError, Stopped) as error:
             raise passed(error, routine, given, span) from None
         if checked and type(value) in PROCESS_TYPES and type(value) is not Reference:
             return routine.reference(base, given, value)

@@ -19,8 +19,10 @@ from typing import TYPE_CHECKING, Any
 from cspcheck.cspm.evaluator.builtins import Builtin
 from cspcheck.cspm.evaluator.builtins_data import append
 from cspcheck.cspm.evaluator.frames import Frame
+from cspcheck.cspm.evaluator.operators import SMALL, bounded
 from cspcheck.cspm.evaluator.patterns import is_variable
 from cspcheck.cspm.evaluator.sorts import Sort
+from cspcheck.cspm.interruption import Stopped
 from cspcheck.cspm.naming.symbols import Symbol
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.values.comparison import equal, less
@@ -52,6 +54,8 @@ class Fusion:
             "deep": deep,
             "type": type,
             "int": int,
+            "SMALL": SMALL,
+            "bounded": bounded,
         }
         self.gain = 0
         """How many calls of closures are saved."""
@@ -147,7 +151,11 @@ class Fuser:
                 case syntax.Binary() if node.operator in ("+", "-", "*", "/", "%") and self.is_int(node):
                     self.fusion.gain += 1
                     left = self.value(node.left, place, depth + 1)
-                    return f"({left} {_SAME[node.operator]} {self.value(node.right, place, depth + 1)})"
+                    right = self.value(node.right, place, depth + 1)
+                    if node.operator == "*":
+                        p = self._fresh("p")
+                        return f"({p} if -SMALL < ({p} := {left} * {right}) < SMALL else bounded({p}))"
+                    return f"({left} {_SAME[node.operator]} {right})"
                 case syntax.Binary() if node.operator != "^" and node.operator not in _SAME:
                     return f"(TRUE if {self.test(node, place, depth)} else FALSE)"
                 case syntax.Binary() if node.operator in ("<", "<=", ">", ">="):
@@ -424,7 +432,7 @@ def call_of(routine: Routine, node: syntax.Apply) -> Code:
     def call(env: Env) -> Any:
         try:
             return routine.enter(env)
-        except (Failure, RecursionError) as error:
+        except (Failure, RecursionError, Stopped) as error:
             raise passed(error, routine, env[size:], span) from None
 
     return call

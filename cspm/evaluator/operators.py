@@ -33,10 +33,37 @@ def _literal(evaluator: Evaluator, node: syntax.LiteralExpr, frame: Frame) -> Co
 
 # --- arithmetic ----------------------------------------------------------------------------------------------
 
+MOST_BITS = 1 << 20
+"""Numbers have no more bits than this: some 300,000 digits. One step of arithmetic is then a matter of milliseconds."""
+SMALL = 1 << 64
+"""Products below this are not measured."""
+
+
+def product(a: int, b: int) -> int:
+    """The product of two numbers.
+
+    Raises:
+        Failure: it is too large.
+    """
+    result = a * b
+    return result if -SMALL < result < SMALL else bounded(result)
+
+
+def bounded(number: int) -> int:
+    """*number*, if it is not too large.
+
+    Raises:
+        Failure: it is.
+    """
+    if number.bit_length() > MOST_BITS:
+        raise Failure(messages.number_too_large(MOST_BITS), is_limit=True)
+    return number
+
+
 _ARITHMETIC: dict[str, Callable[[int, int], int]] = {
     "+": operator.add,
     "-": operator.sub,
-    "*": operator.mul,
+    "*": product,
     "/": operator.floordiv,
     "%": operator.mod,
 }
@@ -90,7 +117,7 @@ def _arithmetic(evaluator: Evaluator, node: syntax.Binary, frame: Frame) -> Code
         a = left(env)
         b = right(env)
         if type(a) is int and type(b) is int:
-            return a * b
+            return product(a, b)
         raise _refuse(a, b, node)
 
     return multiply

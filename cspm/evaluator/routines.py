@@ -16,6 +16,7 @@ from cspcheck.cspm.evaluator.fusion import fused_body
 from cspcheck.cspm.evaluator.keys import Failed, Itself, key_of
 from cspcheck.cspm.evaluator.patterns import Matcher, compile_pattern, is_variable
 from cspcheck.cspm.evaluator.sorts import Sort
+from cspcheck.cspm.interruption import Stopped
 from cspcheck.cspm.naming.symbols import Symbol
 from cspcheck.cspm.process.terms import Definition, Process, Reference
 from cspcheck.cspm.source import Span
@@ -282,6 +283,10 @@ class Routine:
             failure.__traceback__ = None
             failure.at(self.span).called(text, None)
             raise
+        except Stopped as stopped:
+            if stopped.outermost is None:
+                stopped.called(text)
+            raise
         except RecursionError as error:
             error.__traceback__ = None
             raise self.too_deep(text, None) from None
@@ -339,10 +344,15 @@ class Use(Definition):
         return self.routine.unfold(self.key, lambda: self.text, self.base + arguments, self.body)
 
 
-def passed(error: Exception, routine: Routine, arguments: Env, span: Span) -> Failure:
+def passed(
+    error: Failure | RecursionError | Stopped, routine: Routine, arguments: Env, span: Span
+) -> Failure | Stopped:
     """What leaves a call written at *span* when *error* happens in it."""
     error.__traceback__ = None
     error.__context__ = None
+    if isinstance(error, Stopped):
+        error.called(lambda: routine.shown(arguments))
+        return error
     if isinstance(error, Failure):
         error.called(lambda: routine.shown(arguments), span)
         return error
@@ -378,7 +388,7 @@ def call_routine(routine: Routine, base: Env, arguments: Env, span: Span) -> Any
     arguments = routine.prepared(arguments)
     try:
         value = routine.enter(base + arguments)
-    except (Failure, RecursionError) as error:
+    except (Failure, RecursionError, Stopped) as error:
         raise passed(error, routine, arguments, span) from None
     if routine.sort is Sort.UNKNOWN and type(value) in PROCESS_TYPES and type(value) is not Reference:
         return routine.reference(base, arguments, value)

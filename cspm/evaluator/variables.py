@@ -15,6 +15,7 @@ from cspcheck.cspm.evaluator.core import (
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.evaluator.routines import Routine, passed
 from cspcheck.cspm.evaluator.timed import timed_name
+from cspcheck.cspm.interruption import Stopped
 from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
 from cspcheck.cspm.process.terms import Process
 from cspcheck.cspm.source import Span
@@ -81,7 +82,7 @@ def _named(routine: Routine, span: Span) -> Code:
             raise Failure(messages.depends_on_itself(routine.name, span))
         try:
             return thunk.force()
-        except (Failure, RecursionError) as error:
+        except (Failure, RecursionError, Stopped) as error:
             raise passed(error, routine, (), span) from None
 
     return get

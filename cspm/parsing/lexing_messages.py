@@ -37,6 +37,18 @@ def file_cannot_be_read(name: str, reason: str) -> Diagnostic:
 
 
 @mistake(
+    "CSP013",
+    "nested too deeply",
+    explanation="The script nests brackets, operators or definitions deeper than can be followed: some 100,000.",
+    example="300,000 opening brackets around a number.",
+    repair="Give names to the parts.",
+)
+def nested_too_deeply(name: str) -> Diagnostic:
+    """The text in *name* is nested deeper than can be followed."""
+    return Diagnostic("CSP013", f"`{name}` is nested too deeply")
+
+
+@mistake(
     "CSP002",
     "the file is in Rich Text Format",
     explanation="A word processor saved the script with its own markup. Scripts are plain text.",
@@ -65,19 +77,25 @@ def binary_file(name: str) -> Diagnostic:
 @mistake(
     "CSP010",
     "an included file cannot be read",
-    explanation="`include` looks for the file in the folder of the script that is checked (the root of all includes), "
-    "not in the folder of the file that includes.",
+    explanation="""
+`include` looks for the file in the folder of the script that is checked (the root of all includes), not in the folder
+of the file that includes. It takes files from below that folder only, so that a script cannot have other files of
+whoever checks it shown in messages; `--include-root FOLDER` allows those below another folder, too.
+""",
     example='include "no_such_file.csp"',
     repair='include "definitions.csp"',
 )
 def include_cannot_be_read(span: Span, path: str, reason: str) -> Diagnostic:
     """The file named by an `include` could not be loaded."""
+    relative = "paths are relative to the folder of the script that is checked"
+    allow = "`--include-root FOLDER` allows includes from below another folder, too"
     return Diagnostic(
-        "CSP010",
-        f"cannot include `{path}`: {reason}",
-        span,
-        help="paths are relative to the folder of the script that is checked",
+        "CSP010", f"cannot include `{path}`: {reason}", span, help=allow if reason == OUTSIDE else relative
     )
+
+
+OUTSIDE = "it is not below the folder of the script"
+"""Why a file is not included that could be read."""
 
 
 @mistake(

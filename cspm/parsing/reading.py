@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterator
+import stat
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Final, Literal
 
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
@@ -34,21 +34,48 @@ Reader = Callable[[str], Source]
 """Finds the text of an included file, given the path as written in the script."""
 
 
+MOST_BYTES: Final = 64 << 20
+"""Scripts are no larger than this."""
+
+
 def read_source(path: str | os.PathLike[str]) -> Source:
     """The text of a file, under the name that was given.
 
-    UTF-8 (with or without a byte order mark) is tried first, then Windows-1252. Line breaks become ``\\n``.
+    UTF-8 (with or without a byte order mark) is tried first, then Windows-1252. Line breaks become ``\\n``. Only files
+    are read: a pipe might never end, or never begin. The one exception is a pipe that the shell has opened for us.
 
     Raises:
-        ScriptError: the file cannot be read, is binary, or is Rich Text.
+        ScriptError: the file cannot be read, is no file, is too large, is binary, or is Rich Text.
     """
     name = os.fspath(path)
     try:
-        content = Path(path).read_bytes()
+        content = _content(name)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
         raise ScriptError(lexing.file_cannot_be_read(name, reason.lower())) from None
     return decode(name, content)
+
+
+def _content(name: str) -> bytes:
+    """The bytes of a file.
+
+    Raises:
+        OSError, ValueError: it cannot be read.
+    """
+    # Without waiting: to open a pipe that nobody writes to would take for ever.
+    number = os.open(name, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    with os.fdopen(number, "rb") as file:
+        mode = os.fstat(number).st_mode
+        if stat.S_ISDIR(mode):
+            raise IsADirectoryError(21, "is a directory")
+        if stat.S_ISFIFO(mode) and name.startswith(("/dev/fd/", "/dev/stdin", "/proc/self/fd/")):
+            os.set_blocking(number, True)
+        elif not stat.S_ISREG(mode):
+            raise ValueError("it is a device or a pipe, not a file")
+        content = file.read(MOST_BYTES + 1)
+    if len(content) > MOST_BYTES:
+        raise ValueError(f"it is larger than {MOST_BYTES:,} bytes")
+    return content
 
 
 def decode(name: str, content: bytes) -> Source:
@@ -69,18 +96,47 @@ def decode(name: str, content: bytes) -> Source:
     return Source(name, text.replace("\r\n", "\n").replace("\r", "\n"))
 
 
-def parse(source: Source, *, include: Reader | None = None) -> s.Script:
+def parse(source: Source, *, include: Reader | None = None, include_roots: Sequence[str] = ()) -> s.Script:
     """The syntax tree of a script with all that it includes.
 
-    *include* finds included files by their path as written; without it they are read relative to the folder of
-    *source*'s name, whichever file includes them.
+    Args:
+        source: the script.
+        include: finds included files by their path as written; without it they are read relative to the folder of
+            *source*'s name, whichever file includes them, and only from below that folder.
+        include_roots: further folders from below which files may be included.
 
     Raises:
         ScriptError: with every mistake in the form of the script that could be told apart.
     """
-    folder = os.path.dirname(source.name)
-    read: Reader = include or (lambda path: read_source(os.path.join(folder, path)))
-    return _Files(read).script(source)
+    return _Files(include or Included(source.name, include_roots)).script(source)
+
+
+class Included:
+    """Reads the files that a script includes: those below its folder and a few others, and no others.
+
+    A script comes from anybody; what it includes is shown in messages. So it must not name the files of whoever checks
+    it. Links count as what they lead to.
+    """
+
+    def __init__(self, script: str, roots: Sequence[str]) -> None:
+        self._folder = os.path.dirname(script)
+        self._roots = [os.path.realpath(root) for root in (self._folder or ".", *roots)]
+
+    def __call__(self, path: str) -> Source:
+        """The file with a path as the script writes it.
+
+        Raises:
+            ScriptError: it cannot be read, or is none of those that may be.
+        """
+        name = os.path.join(self._folder, path)
+        try:
+            real = os.path.realpath(name)
+            inside = any(os.path.commonpath([root, real]) == root for root in self._roots)
+        except (OSError, ValueError):
+            inside = True  # which is no path at all, as reading it will say
+        if not inside:
+            raise ScriptError(lexing.file_cannot_be_read(name, lexing.OUTSIDE))
+        return read_source(name)
 
 
 def parse_alone(source: Source) -> s.Script:

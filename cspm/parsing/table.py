@@ -2,20 +2,20 @@
 
 Lark needs some 0.3 s to be imported and to compute the LALR(1) table; a stored table is read in a few
 milliseconds and needs no Lark. The file is named after what it was made from, so a new grammar never meets an
-old table. A folder that cannot be written, or a damaged file, costs time and nothing else.
+old table. A folder that cannot be written, or a damaged file, costs time and nothing else (``cspcheck.cspm.caches``).
 """
 
 from __future__ import annotations
 
 import json
-import os
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, Final
+
+from cspcheck.cspm.caches import cache_folder, seal, store, unsealed, usable
 
 GRAMMAR: Final = Path(__file__).with_name("grammar") / "cspm.lark"
 STARTS: Final = ("script", "lone_expression", "lone_assertion")
@@ -145,17 +145,6 @@ def from_json(value: Mapping[str, Any]) -> Table:
     )
 
 
-def cache_folder() -> Path:
-    """Where this user's caches are kept by the custom of the operating system."""
-    if sys.platform == "win32":
-        base = os.environ.get("LOCALAPPDATA") or str(Path.home() / "AppData" / "Local")
-    elif sys.platform == "darwin":
-        base = str(Path.home() / "Library" / "Caches")
-    else:
-        base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return Path(base) / "cspcheck"
-
-
 def _key(grammar: str) -> str:
     return sha256(f"{_FORMAT}\n{grammar}".encode()).hexdigest()[:20]
 
@@ -184,30 +173,12 @@ def table() -> Table:
     shipped = _shipped(key)
     if shipped is not None:
         return shipped
-    try:
-        path = cache_folder() / f"grammar-{key}.json"
-    except RuntimeError:  # the user has no home
-        return from_json(compute(grammar))
-    try:
-        return from_json(json.loads(path.read_text(encoding="utf-8")))
-    except (OSError, ValueError, KeyError, TypeError, IndexError):
-        value = compute(grammar)
-        _store(path, json.dumps(value, separators=(",", ":")))
-        return from_json(value)
-
-
-def _store(path: Path, text: str) -> None:
-    """Write the file whole or not at all; a folder that cannot be written is no mistake."""
-    from tempfile import NamedTemporaryFile
-
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with NamedTemporaryFile("w", encoding="utf-8", dir=path.parent, prefix=path.name, delete=False) as file:
-            temporary = Path(file.name)
-            file.write(text)
-        try:
-            os.replace(temporary, path)
-        except OSError:
-            temporary.unlink(missing_ok=True)
-    except OSError:
-        pass
+    folder = cache_folder()
+    path = None if folder is None or not usable(folder) else folder / f"grammar-{key}"
+    kept = None if path is None else unsealed(path)
+    if kept is not None:
+        return from_json(json.loads(kept))
+    value = compute(grammar)
+    if path is not None:
+        store(path, seal(json.dumps(value, separators=(",", ":")).encode()))
+    return from_json(value)

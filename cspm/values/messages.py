@@ -548,6 +548,21 @@ def too_long(limit: int) -> Diagnostic:
 
 
 @mistake(
+    "CSP440",
+    "a number too large",
+    explanation="""
+A product has more digits than the evaluator is willing to work with. Numbers have no bound in CSPm, but one of some
+hundred thousand digits comes from a recursion that multiplies without end, not from a model.
+""",
+    example="power(n) = if n == 0 then 2 else power(n - 1) * power(n - 1)\nprint power(40)",
+    repair="power(n) = if n == 0 then 2 else power(n - 1) * power(n - 1)\nprint power(4)",
+)
+def number_too_large(bits: int) -> Diagnostic:
+    """A product of more than *bits* bits."""
+    return Diagnostic("CSP440", f"a product has more than {bits * 30_103 // 100_000:,} digits")
+
+
+@mistake(
     "CSP426",
     "a subtype with too many fields",
     explanation="A constructor in a subtype has at most the fields that it has in its datatype.",

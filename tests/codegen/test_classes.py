@@ -129,6 +129,7 @@ def test_random_schedules_are_traces_of_the_classes(name: str, tmp_path: Path) -
     assert followed(script, "SYSTEM", tmp_path, 2_000, seed=5) == (2_000, False)
 
 
+@pytest.mark.slow
 def test_generated_classes_pass_linter_and_type_checker(tmp_path: Path) -> None:
     for name, text in SCRIPTS.items():
         folder = tmp_path / name

@@ -79,6 +79,7 @@ def test_priorities_of_the_whole_are_kept(tmp_path: Path) -> None:
     assert followed(script, "SYSTEM", tmp_path, 200, seed=3) == (200, False)
 
 
+@pytest.mark.slow
 def test_generated_programs_pass_linter_and_type_checker(tmp_path: Path) -> None:
     for i, (script, process, choice) in enumerate(EXAMPLES):
         generate(cspcheck.load(SPECS / script), process, tmp_path / f"p{i}", choice)

@@ -5,12 +5,15 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
+import pytest
 from hypothesis import assume, event, given, settings, strategies as st
 
 import cspcheck
 from cspcheck.codegen.runtime import Deadlock, Program, Randomly, VirtualClock
 from tests.codegen.programs import Both, generate, loaded
 from tests.codegen.test_random_scripts import Kept
+
+pytestmark = pytest.mark.slow
 
 FREE = ("x < 2", "x = y", "x <= y", "not x = 1", "x + y >= 1", "exists k : 0..2 @ k = x and k /= y", "{x, y} = {1, 2}")
 AFTER = (

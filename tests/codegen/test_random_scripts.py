@@ -5,11 +5,14 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
+import pytest
 from hypothesis import assume, event, given, settings, strategies as st
 
 import cspcheck
 from cspcheck.codegen.runtime import Deadlock, Program, Randomly, VirtualClock
 from tests.codegen.programs import Both, generate, loaded
+
+pytestmark = pytest.mark.slow
 
 CHANNELS = ("a", "b", "c")
 HEAD = "channel a, b : {0..1}\nchannel c : {0..1}.{0..2}\nchannel d\n"

@@ -87,6 +87,7 @@ outputs = "angelic"
 color = "never"
 quiet = true
 verbose = 2
+include-root = ["common", "../shared"]
 definitions = { N = 5, IDS = "{0..N-1}", DEBUG = true }
 """,
         )
@@ -106,6 +107,7 @@ definitions = { N = 5, IDS = "{0..N-1}", DEBUG = true }
                 "color": "never",
                 "quiet": True,
                 "verbose": 2,
+                "include_roots": ("common", "../shared"),
             },
             {"N": "5", "IDS": "{0..N-1}", "DEBUG": "true"},
         )
@@ -118,6 +120,31 @@ definitions = { N = 5, IDS = "{0..N-1}", DEBUG = true }
     def test_times_and_sizes_may_be_numbers(self, folder: Path) -> None:
         settings(folder, "timeout = 30\nmax-memory = 1048576")
         assert configuration_for(None).settings == {"timeout": 30.0, "max_memory": 1 << 20}
+
+
+class TestBrokenFiles:
+    @pytest.mark.parametrize(
+        ("content", "said"),
+        [
+            (b"[tool", "Expected ']' at the end of a table declaration (at end of document)"),
+            (b"[project]\nname = 'x", 'Expected "\'" (at end of document)'),
+            (b"[project]\nname = '\xe9'\n", "it is not UTF-8: invalid continuation byte"),
+            (b"a = " + 100_000 * b"[", ""),
+        ],
+    )
+    def test_are_errors_whatever_they_are_about(self, content: bytes, said: str, folder: Path) -> None:
+        (folder / "pyproject.toml").write_bytes(content)
+        with pytest.raises(ScriptError) as caught:
+            configuration_for(None)
+        (diagnostic,) = caught.value.diagnostics
+        assert diagnostic.code == "CSP916"
+        assert said[1:] in diagnostic.message
+
+    def test_a_setting_in_place_of_the_table(self, folder: Path) -> None:
+        (folder / "pyproject.toml").write_text("[tool]\ncspcheck = 5\n")
+        with pytest.raises(ScriptError) as caught:
+            configuration_for(None)
+        assert caught.value.diagnostics[0].message == "setting `tool.cspcheck`: `5` is not a table"
 
 
 class TestCommandLine:

@@ -232,7 +232,10 @@ class TestLimits:
         assert all(result["seconds"] < 5 for result in found["results"])
 
 
-def test_an_interrupt_ends_a_search_and_prints_what_was_finished(folder: Path, environment: dict[str, str]) -> None:
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_ends_a_search_and_prints_what_was_finished(
+    how: signal.Signals, folder: Path, environment: dict[str, str]
+) -> None:
     (folder / "endless.csp").write_text(ENDLESS.replace("assert", "assert STOP [T= STOP\nassert", 1))
     with subprocess.Popen(
         [sys.executable, "-m", "cspcheck", "endless.csp", "--format", "jsonl"],
@@ -245,11 +248,60 @@ def test_an_interrupt_ends_a_search_and_prints_what_was_finished(folder: Path, e
         assert process.stdout is not None
         first = json.loads(process.stdout.readline())
         time.sleep(0.5)
-        process.send_signal(signal.SIGINT)
+        process.send_signal(how)
         out, err = process.communicate(timeout=30)
 
     assert first["verdict"] == "pass"
-    assert (process.returncode, out, err) == (130, "", "")
+    rest = [json.loads(line) for line in out.splitlines()]
+    assert {(result["verdict"], result["reason"]) for result in rest[:-1]} == {("unknown", "interrupted")}
+    assert rest[-1] == {"interrupted": True}
+    assert (process.returncode, err) == (130, "")
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_keeps_the_document_and_leaves_no_other_file(
+    how: signal.Signals, folder: Path, environment: dict[str, str]
+) -> None:
+    (folder / "endless.csp").write_text(ENDLESS.replace("assert", "assert STOP [T= STOP\nassert", 1))
+    before = set(os.listdir(folder))
+    with subprocess.Popen(
+        [sys.executable, "-m", "cspcheck", "endless.csp", "--format", "json", "-o", "result.json"],
+        cwd=folder,
+        env=environment,
+        stderr=subprocess.PIPE,
+        encoding="utf-8",
+    ) as process:
+        while not any(name.endswith(".tmp") for name in os.listdir(folder)):
+            time.sleep(0.05)
+        time.sleep(1)
+        process.send_signal(how)
+        _, err = process.communicate()
+
+    assert (process.returncode, err) == (130, "")
+    assert set(os.listdir(folder)) - before == {"result.json"}
+    assert json.loads((folder / "result.json").read_text())["schema"] == "cspcheck/1"
+
+
+@pytest.mark.parametrize("wait", [0.0, 0.02, 0.05, 0.1, 0.2])
+def test_a_signal_in_the_first_moments_ends_the_command_without_a_traceback(
+    wait: float, folder: Path, environment: dict[str, str]
+) -> None:
+    (folder / "endless.csp").write_text(ENDLESS)
+    with subprocess.Popen(
+        [sys.executable, "-c", "from cspcheck.__main__ import main; print('begun', flush=True); main()", "endless.csp"],
+        cwd=folder,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        encoding="utf-8",
+    ) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        time.sleep(0.1 + wait)
+        process.send_signal(signal.SIGTERM)
+        _, err = process.communicate()
+
+    assert (process.returncode, err.strip()) == (130, "")
 
 
 def test_a_small_script_needs_no_compiler(environment: dict[str, str]) -> None:

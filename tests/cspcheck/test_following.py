@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -226,3 +227,36 @@ def test_gen_and_trace_on_the_command_line(tmp_path: Path, capsys: pytest.Captur
     assert "error[CSP821]: line 2 of" in capsys.readouterr().err
     assert run(["trace", str(script), "--process", "SYSTEM", str(tmp_path / "none")]) == 2
     assert run(["gen", str(script), "--process", "Nobody", "-o", out]) == 2
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        (b'{"event": "a.0", "time": ' + 400 * b"9" + b"}", None),
+        (b'{"event": "a.0", "time": true}', None),
+        (100_000 * b"[", "line 1 of"),
+        (b'"a.\xff"', "it is not UTF-8: invalid start byte"),
+    ],
+)
+def test_runs_that_no_program_records(
+    line: bytes, said: str | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "s.csp").write_text("channel a : {0..1}\nP = a.0 -> P\n")
+    (tmp_path / "run.jsonl").write_bytes(line + b"\n")
+    from cspcheck.cli import run
+
+    code = run(["trace", str(tmp_path / "s.csp"), str(tmp_path / "run.jsonl"), "--process", "P"])
+    err = capsys.readouterr().err
+    assert code == (0 if said is None else 2)
+    assert (said or "") in err
+    assert "CSP900" not in err
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes in its file system")
+def test_a_pipe_is_no_recorded_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "s.csp").write_text("channel a\nP = a -> P\n")
+    from cspcheck.cli import run
+
+    os.mkfifo(tmp_path / "pipe")
+    assert run(["trace", str(tmp_path / "s.csp"), str(tmp_path / "pipe"), "--process", "P"]) == 2
+    assert "it is a folder, a device or a pipe, not a file" in capsys.readouterr().err

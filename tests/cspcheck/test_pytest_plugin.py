@@ -313,6 +313,7 @@ def test_a_file_shares_its_machines(place: pytest.Pytester, monkeypatch: pytest.
     assert len(made) == 2
 
 
+@pytest.mark.slow
 def test_workers_collect_what_the_command_line_means(place: pytest.Pytester) -> None:
     """With xdist each worker has its own configuration; it must come to the same items."""
     pytest.importorskip("xdist")

@@ -10,6 +10,7 @@ import random
 from collections.abc import Callable
 from typing import Any
 
+import pytest
 from hypothesis import given, settings, strategies as st
 
 from cspcheck.cspm.diagnostics import MISTAKES, ScriptError
@@ -23,6 +24,8 @@ from tests.cspm.evaluator.test_corpus_evaluate import operands
 from tests.cspm.parsing.test_parser_fuzz import CORPUS, mutated
 from tests.cspm.syntax.strategies_syntax import fuzz, scripts
 from tests.cspm.typing.test_inference_robustness import WORD, scrambled
+
+pytestmark = pytest.mark.slow
 
 LONG = ("depth", "too_deep", "huge", "infinite_search", "infinite_concat", "infinite_prefix")
 """Scripts that show what happens after a million steps."""

@@ -21,6 +21,8 @@ from tests.reference.processes import EVENTS
 from tests.reference.text import script
 from tests.reference.verdicts import MODELS, Model, refinement
 
+pytestmark = pytest.mark.slow
+
 TRIPLES = int(os.environ.get("CSPCHECK_TRIPLES", "20000"))
 SEED = int(os.environ.get("CSPCHECK_SEED", "1"))
 BATCH = 1_000

@@ -27,6 +27,8 @@ from tests.reference.verdicts import (
     refinement,
 )
 
+pytestmark = pytest.mark.slow
+
 FAMILIES = max(1, int(os.environ.get("CSPCHECK_TRIPLES", "20000")) // 400)
 SEED = int(os.environ.get("CSPCHECK_SEED", "1"))
 NAMES = "PQRS"

@@ -16,6 +16,8 @@ from tests.reference.denotations import Semantics
 from tests.reference.processes import EVENTS
 from tests.reference.text import script
 
+pytestmark = pytest.mark.slow
+
 FAMILIES = int(os.environ.get("CSPCHECK_TRIPLES", "20000")) // 40
 SEED = int(os.environ.get("CSPCHECK_SEED", "1"))
 BATCH = 250

@@ -15,6 +15,8 @@ from tests.reference.processes import EVENTS
 from tests.reference.text import script
 from tests.reference.verdicts import refinement
 
+pytestmark = pytest.mark.slow
+
 EXAMPLES = max(5, int(os.environ.get("CSPCHECK_TRIPLES", "20000")) // 3_000)
 """For each law; each example is up to six refinements."""
 

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -65,7 +67,7 @@ def test_an_installed_cspcheck_copies_and_checks_its_examples(installed: Path, t
 def test_the_wheel_declares_the_command_and_the_pytest_plugin(installed: Path) -> None:
     (entries,) = installed.glob("cspcheck-*.dist-info/entry_points.txt")
 
-    assert "cspcheck = cspcheck.cli:main" in entries.read_text()
+    assert "cspcheck = cspcheck.__main__:main" in entries.read_text()
     assert "cspcheck = cspcheck.pytest_plugin" in entries.read_text()
 
 

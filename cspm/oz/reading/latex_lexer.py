@@ -79,7 +79,7 @@ _SIGNS: Final = frozenset(
     ]
 )
 _TOKEN = re.compile(
-    r"(?P<blank>[ \t\r\n\f~&$]+)"
+    r"(?P<blank>[\s~&$]+)"
     r"|(?P<comment>%[^\n]*)"
     r"|(?P<break>\\\\(?:\*|[ \t]*\[[0-9.]+[a-z]+\])?)"
     r"|(?P<begin>\\begin[ \t]*\{(?P<begun>[A-Za-z*]+)\})"

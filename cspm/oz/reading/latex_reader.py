@@ -7,8 +7,10 @@ so that a document can compose its classes and make assertions.
 from __future__ import annotations
 
 import re
+from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Final
 
 from cspcheck.cspm.diagnostics import Diagnostic
@@ -351,12 +353,7 @@ class _EquationTokens(Tokens):
 
 
 def _place(places: Sequence[tuple[int, int, int]], offset: int) -> tuple[int, int, int]:
-    found = places[0]
-    for place in places:
-        if place[0] > offset:
-            break
-        found = place
-    return found
+    return places[max(0, bisect_right(places, offset, key=itemgetter(0)) - 1)]
 
 
 class MarkupClasses(Classes):

@@ -263,7 +263,7 @@ def test_running_out_of_memory_is_unknown(scripts: Scripts, capsys: pytest.Captu
 
     assert run(["a.csp", "--format=json"]) == 3
     (result,) = json.loads(capsys.readouterr().out)["results"]
-    assert (result["verdict"], result["reason"]) == ("unknown", "the machine is out of memory")
+    assert (result["verdict"], result["reason"]) == ("unknown", "out of memory")
 
 
 def test_an_error_in_an_assertion_does_not_stop_the_others(

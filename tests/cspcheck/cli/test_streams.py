@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import os
 import stat
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
-from cspcheck.cli.streams import output_to, replace_text
+from cspcheck.cli.streams import OutputLost, StandardOutput, output_to, replace_text
 from cspcheck.cspm.diagnostics import ScriptError
 
 
@@ -82,3 +86,56 @@ def test_a_device_is_written_and_stays_a_device() -> None:
         output.write("text")
 
     assert stat.S_ISCHR(os.stat(os.devnull).st_mode)
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="this system has no device that is always full")
+class TestFullDisk:
+    def test_standard_output(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        with open("/dev/full", "w") as full:
+            monkeypatch.setattr("sys.stdout", full)
+            with pytest.raises(OutputLost) as caught:
+                StandardOutput().write("text")
+            monkeypatch.undo()
+            with contextlib.suppress(OSError):
+                full.close()
+
+        assert caught.value.diagnostic.message == "cannot write `standard output`: No space left on device"
+
+    def test_a_device(self) -> None:
+        with pytest.raises(OutputLost) as caught, output_to("/dev/full") as output:
+            output.write("text")
+
+        assert caught.value.diagnostic.message == "cannot write `/dev/full`: No space left on device"
+
+    @pytest.mark.parametrize("verb", [["check"], ["explain", "CSP101"], ["--help"], ["check", "--format", "json"]])
+    def test_the_command_says_so(self, verb: list[str], tmp_path: Path) -> None:
+        (tmp_path / "x.csp").write_text("assert STOP [T= STOP\n")
+        files = [str(tmp_path / "x.csp")] if verb[0] == "check" else []
+        with open("/dev/full", "w") as full:
+            done = subprocess.run(
+                [sys.executable, "-m", "cspcheck", *verb, *files], stdout=full, stderr=subprocess.PIPE, text=True
+            )
+
+        said = "error[CSP905]: cannot write `standard output`: No space left on device"
+        assert (done.returncode, done.stderr.strip()) == (2, said)
+
+
+@pytest.mark.parametrize("moment", ["write", "flush"])
+def test_a_disk_that_fills_up_leaves_the_old_file_and_nothing_else(moment: str, tmp_path: Path) -> None:
+    path = tmp_path / "result.json"
+    path.write_text("old")
+
+    def fail(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    def write() -> None:
+        with output_to(str(path)) as output:
+            output.stream = type("Full", (), {"write": fail if moment == "write" else id, "flush": fail, "close": fail})
+            output.write("new")
+
+    with pytest.raises(OutputLost) as caught:
+        write()
+
+    assert caught.value.diagnostic.message == f"cannot write `{path}`: No space left on device"
+    assert path.read_text() == "old"
+    assert os.listdir(tmp_path) == ["result.json"]

@@ -172,6 +172,7 @@ def test_what_cannot_be_drawn_is_refused_in_words(
     assert capsys.readouterr().err.splitlines()[0] == message
 
 
+@pytest.mark.slow
 def test_a_component_that_grows_without_end_is_refused_in_words(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -8,6 +8,7 @@ from syrupy.assertion import SnapshotAssertion
 
 from cspcheck.cspm.diagnostics import Diagnostic, Label
 from cspcheck.cspm.source import Source
+from cspcheck.report import excerpt
 from cspcheck.report.diagnostics import concise_diagnostic, render_diagnostic
 from cspcheck.report.style import Style, columns
 
@@ -75,3 +76,18 @@ def test_any_place_in_any_text_can_be_shown(text: str, data: st.DataObject) -> N
     numbers = [int(row.split("|")[0]) for row in rows if "|" in row and row.split("|")[0].strip().isdigit()]
     assert numbers == sorted(set(numbers))
     assert {span.line for span in spans} <= set(numbers)
+
+
+def test_a_long_line_is_measured_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A line of n characters takes a number of looks that grows as n does, not as its square."""
+    looked = 0
+
+    def counted(text: str) -> int:
+        nonlocal looked
+        looked += len(text)
+        return columns(text)
+
+    monkeypatch.setattr(excerpt, "columns", counted)
+    source = Source("x.csp", "X = 1 + {- " + 8_000 * "é" + " -}")
+    render_diagnostic(Diagnostic("CSP101", "wrong", source.span(8, 9)), Style())
+    assert looked < 10 * len(source.text)

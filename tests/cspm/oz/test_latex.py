@@ -296,3 +296,11 @@ def test_any_document_gives_declarations_or_diagnostics(pieces):
         except ScriptError as error:
             for diagnostic in error.diagnostics:
                 assert diagnostic.span is None or 0 <= diagnostic.span.start <= diagnostic.span.end <= len(source)
+
+
+@pytest.mark.parametrize("blank", ["\u00a0", "\u2028", "\u2029", "\u0085", "\x1c", "\x1f", "\u3000", "\x0b"])
+def test_blanks_as_they_come_out_of_printed_documents(blank: str) -> None:
+    plain = "\\begin{zed}\n[A]\\\\\nB == 1\n\\end{zed}\n"
+    kinds = [declaration.__class__ for declaration in parse(Source("x.tex", plain)).declarations]
+    other = plain.replace("B ==", f"B{blank}==").replace("== 1", f"=={blank}{blank}1")
+    assert [declaration.__class__ for declaration in parse(Source("x.tex", other)).declarations] == kinds

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
 
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
-from cspcheck.cspm.parsing.reading import DEEPEST_INCLUDE, parse, read_source
+from cspcheck.cspm.parsing.reading import DEEPEST_INCLUDE, MOST_BYTES, parse, read_source
 from cspcheck.cspm.source import Source
 from cspcheck.cspm.syntax import tree as s
 
@@ -145,3 +146,64 @@ class TestIncludes:
         with pytest.raises(ScriptError) as caught:
             parse(Source("root", 'include "a"\nx = )'), include=lambda path: Source(path, "y = )"))
         assert [d.span.source.name for d in caught.value.diagnostics if d.span] == ["a", "root"]
+
+
+class TestWhatIsNoFile:
+    @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes in its file system")
+    def test_a_pipe_is_refused_at_once(self, tmp_path: Path) -> None:
+        os.mkfifo(tmp_path / "pipe")
+        assert refusal(tmp_path / "pipe").message.endswith("it is a device or a pipe, not a file")
+        diagnostic = self.including(tmp_path, "pipe")
+        assert diagnostic.message == "cannot include `pipe`: it is a device or a pipe, not a file"
+
+    @pytest.mark.skipif(not os.path.exists("/dev/zero"), reason="this system has no such device")
+    def test_a_device(self, tmp_path: Path) -> None:
+        (tmp_path / "zero").symlink_to("/dev/zero")
+        assert refusal(Path("/dev/zero")).message.endswith("it is a device or a pipe, not a file")
+        assert "it is not below the folder of the script" in self.including(tmp_path, "zero").message
+
+    def test_a_file_without_measure(self, tmp_path: Path) -> None:
+        with open(tmp_path / "large.csp", "wb") as file:
+            file.truncate(MOST_BYTES + 1)
+        assert refusal(tmp_path / "large.csp").message.endswith("it is larger than 67,108,864 bytes")
+
+    @staticmethod
+    def including(folder: Path, path: str) -> Diagnostic:
+        (folder / "root.csp").write_text(f'include "{path}"\n')
+        return refusal(folder / "root.csp")
+
+
+class TestWhereIncludesLie:
+    """A script names no files of whoever checks it."""
+
+    @pytest.fixture
+    def folder(self, tmp_path: Path) -> Path:
+        folder = tmp_path / "project" / "specs"
+        (folder / "parts").mkdir(parents=True)
+        (folder / "parts" / "one.csp").write_text("x = 1\n")
+        (tmp_path / "project" / "common.csp").write_text("y = 2\n")
+        (tmp_path / "secret").write_text("password\n")
+        return folder
+
+    @pytest.mark.parametrize("path", ["parts/one.csp", "./parts/../parts/one.csp", "../specs/parts/one.csp"])
+    def test_below_its_folder(self, path: str, folder: Path) -> None:
+        (folder / "root.csp").write_text(f'include "{path}"\n')
+        assert parse(read_source(folder / "root.csp")).declarations
+
+    @pytest.mark.parametrize("path", ["../common.csp", "../../secret", "SECRET", "link"])
+    def test_nowhere_else(self, path: str, folder: Path) -> None:
+        secret = folder.parents[1] / "secret"
+        (folder / "link").symlink_to(secret)
+        (folder / "root.csp").write_text(f'include "{path.replace("SECRET", str(secret))}"\n')
+        diagnostic = refusal(folder / "root.csp")
+        assert diagnostic.code == "CSP010"
+        assert diagnostic.message.endswith(": it is not below the folder of the script")
+        assert diagnostic.help == "`--include-root FOLDER` allows includes from below another folder, too"
+
+    def test_below_a_folder_that_is_allowed(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        (folder / "root.csp").write_text('include "../common.csp"\n')
+        assert parse(read_source(folder / "root.csp"), include_roots=[str(folder.parent)]).declarations
+        monkeypatch.chdir(folder)
+        assert parse(read_source("root.csp"), include_roots=[".."]).declarations
+        with pytest.raises(ScriptError):
+            parse(read_source("root.csp"), include_roots=["parts"])

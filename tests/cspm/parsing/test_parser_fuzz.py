@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from hypothesis import given, strategies as st
 
 from cspcheck.cspm.diagnostics import MISTAKES, ScriptError
@@ -17,6 +18,8 @@ from cspcheck.cspm.printing.printer import print_script
 from cspcheck.cspm.source import Source
 from cspcheck.cspm.syntax import tree as s
 from tests.cspm.syntax.strategies_syntax import fuzz, scripts, without_brackets
+
+pytestmark = pytest.mark.slow
 
 CORPUS = Path(__file__).parents[2] / "corpus"
 SCRIPTS = [path.read_bytes() for path in sorted(CORPUS.rglob("*.csp"))]

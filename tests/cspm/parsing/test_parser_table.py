@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from cspcheck.cspm.parsing import table as parser_table
+from cspcheck.cspm import caches
 from cspcheck.cspm.parsing.table import GRAMMAR, compute, from_json, table
 
 PROGRAM = """
@@ -22,8 +22,8 @@ print("lark" in sys.modules)
 """
 
 
-def run(cache: Path) -> bool:
-    """Whether a fresh process with this cache folder had to import Lark to parse a script."""
+def run(cache: Path, said: str = "") -> bool:
+    """Whether a fresh process with this cache folder had to import Lark to parse a script; *said* on standard error."""
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM],
         env=os.environ | {"XDG_CACHE_HOME": str(cache), "LOCALAPPDATA": str(cache), "HOME": str(cache)},
@@ -32,7 +32,7 @@ def run(cache: Path) -> bool:
         text=True,
         check=True,
     )
-    assert done.stderr == ""
+    assert done.stderr == said
     return done.stdout.strip() == "True"
 
 
@@ -43,11 +43,11 @@ def test_only_the_first_process_computes_the_table(tmp_path: Path) -> None:
 
 def test_a_damaged_table_is_replaced(tmp_path: Path) -> None:
     run(tmp_path)
-    (file,) = tmp_path.rglob("grammar-*.json")
+    (file,) = tmp_path.rglob("grammar-*")
     whole = file.read_text()
-    for damage in ("", '{"rules": 1}', whole[: len(whole) // 2]):
+    for damage in ("", '{"rules":[],"rows":[],"states":[],"starts":{}}', whole[: len(whole) // 2], whole + " "):
         file.write_text(damage)
-        assert run(tmp_path)
+        assert run(tmp_path, f"the cache file `{file}` was damaged and is made anew\n")
         assert file.read_text() == whole
 
 
@@ -84,14 +84,14 @@ def test_every_action_of_the_grammar_has_its_method() -> None:
 
 
 def test_the_folder_follows_the_custom_of_the_system(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(parser_table.sys, "platform", "linux")
+    monkeypatch.setattr(caches.sys, "platform", "linux")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    assert parser_table.cache_folder() == tmp_path / "cspcheck"
+    assert caches.cache_folder() == tmp_path / "cspcheck"
     monkeypatch.delenv("XDG_CACHE_HOME")
     monkeypatch.setenv("HOME", str(tmp_path))
-    assert parser_table.cache_folder() == tmp_path / ".cache" / "cspcheck"
-    monkeypatch.setattr(parser_table.sys, "platform", "darwin")
-    assert parser_table.cache_folder() == tmp_path / "Library" / "Caches" / "cspcheck"
-    monkeypatch.setattr(parser_table.sys, "platform", "win32")
+    assert caches.cache_folder() == tmp_path / ".cache" / "cspcheck"
+    monkeypatch.setattr(caches.sys, "platform", "darwin")
+    assert caches.cache_folder() == tmp_path / "Library" / "Caches" / "cspcheck"
+    monkeypatch.setattr(caches.sys, "platform", "win32")
     monkeypatch.setenv("LOCALAPPDATA", str(tmp_path))
-    assert parser_table.cache_folder() == tmp_path / "cspcheck"
+    assert caches.cache_folder() == tmp_path / "cspcheck" / "cache"

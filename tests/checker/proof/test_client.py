@@ -1,0 +1,182 @@
+"""The solver is a process of its own: whatever becomes of it, there is an answer, and the next question has one."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from cspcheck.checker.guard import Guard
+from cspcheck.checker.proof import channel, client, kept
+from cspcheck.checker.proof.client import Solver, SolverProcess
+from cspcheck.checker.proof.question import Found, Impossible, Part, Question, Request, Settings, Unanswered
+from cspcheck.checker.proof.terms import equal, integer
+from cspcheck.cspm.interruption import Stopped
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.core import Variable
+from cspcheck.cspm.source import Source
+
+SPECIFICATION = core.Specification()
+X = Variable(type=core.INT, name="x", role="before")
+POSSIBLE = Question((Part(equal(X, integer(5)), "claim"),), (X,))
+IMPOSSIBLE = Question((Part(equal(X, integer(5)), "claim"), Part(equal(X, integer(6)), "claim")))
+
+
+@pytest.fixture
+def process(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[SolverProcess]:
+    """A process of its own for each test, and an empty cache."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    made = SolverProcess()
+    yield made
+    made.end()
+
+
+def solver(process: SolverProcess, **settings: float) -> Solver:
+    return Solver(SPECIFICATION, settings=Settings(**settings), process=process)  # type: ignore[arg-type]
+
+
+def running(process: SolverProcess) -> int:
+    assert process._process is not None
+    return process._process.pid
+
+
+def test_questions_are_answered_by_one_process(process: SolverProcess) -> None:
+    found = solver(process).ask(POSSIBLE)
+    assert isinstance(found, Found)
+    assert found.values == {X: integer(5)}
+    first = running(process)
+    assert solver(process).ask(IMPOSSIBLE) == Impossible()
+    assert running(process) == first
+
+
+def test_a_crash_takes_nobody_along(process: SolverProcess) -> None:
+    solver(process).ask(POSSIBLE)
+    os.kill(running(process), signal.SIGSEGV)
+    process._process.wait()  # type: ignore[union-attr]
+    assert solver(process).ask(IMPOSSIBLE) == Impossible()
+
+
+def test_a_crash_in_the_midst_of_a_question_is_told(process: SolverProcess, monkeypatch: pytest.MonkeyPatch) -> None:
+    solver(process).ask(POSSIBLE)
+    pid = running(process)
+    write = os.write
+    monkeypatch.setattr(os, "write", lambda number, content: (os.kill(pid, signal.SIGSEGV), write(number, content))[1])
+    answer = solver(process).ask(IMPOSSIBLE)
+    monkeypatch.undo()
+    assert isinstance(answer, Unanswered)
+    assert answer.reason.startswith("the solver crashed")
+
+
+def test_one_that_hangs_is_ended_when_the_time_is_over(process: SolverProcess) -> None:
+    solver(process).ask(POSSIBLE)
+    pid = running(process)
+    os.kill(pid, signal.SIGSTOP)
+    answer = solver(process, limit=0.3).ask(IMPOSSIBLE)
+    assert answer == Unanswered("the solver did not answer within 0.3 s")
+    with pytest.raises(ProcessLookupError):
+        os.kill(pid, 0)
+    assert solver(process).ask(IMPOSSIBLE) == Impossible()
+
+
+def test_one_that_works_far_too_long_is_ended(process: SolverProcess, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the time that it has worked, not the time that has passed."""
+    solver(process).ask(POSSIBLE)
+    os.kill(running(process), signal.SIGSTOP)
+    seconds = iter([1.0, *([1.5] * 3), *([100.0] * 100)])
+    monkeypatch.setattr(client, "_processor_seconds", lambda _: next(seconds))
+    assert solver(process).ask(IMPOSSIBLE) == Unanswered("the solver did not answer")
+
+
+def test_who_is_stopped_ends_the_solver(process: SolverProcess) -> None:
+    solver(process).ask(POSSIBLE)
+    pid = running(process)
+    os.kill(pid, signal.SIGSTOP)
+    with pytest.raises(Stopped) as caught, Guard(seconds=0.0):
+        solver(process).ask(IMPOSSIBLE)
+    assert caught.value.doing == ["waiting for the solver"]
+    with pytest.raises(ProcessLookupError):
+        os.kill(pid, 0)
+
+
+def test_nesting_without_measure_is_no_crash(process: SolverProcess) -> None:
+    term = equal(X, integer(5))
+    for _ in range(100_000):
+        term = core.Apply(type=core.BOOL, operator="not", operands=(term,))
+    answer = process_answer(process, term)
+    assert answer == Unanswered("the question is nested too deeply")
+    assert solver(process).ask(IMPOSSIBLE) == Impossible()
+
+
+def process_answer(process: SolverProcess, term: core.Term) -> object:
+    asked = solver(process)
+    asked._kept = None
+    return asked.ask(Question((Part(term, "claim"),)))
+
+
+class TestKeptAnswers:
+    def test_are_there_in_the_next_run_without_a_solver(self, process: SolverProcess) -> None:
+        first = solver(process).ask(POSSIBLE), solver(process).ask(IMPOSSIBLE)
+        process.end()
+        assert (solver(process).ask(POSSIBLE), solver(process).ask(IMPOSSIBLE)) == first
+        assert process._process is None
+
+    def test_belong_to_one_question_one_effort_and_one_version(
+        self, process: SolverProcess, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        answers = kept.KeptAnswers(SPECIFICATION, None)
+        request = Request("ask", POSSIBLE, 10.0, (1, 2), 1)
+        keys = {answers.key(request)}
+        keys.add(answers.key(Request("ask", IMPOSSIBLE, 10.0, (1, 2), 1)))
+        keys.add(answers.key(Request("ask", POSSIBLE, 5.0, (1, 2), 1)))
+        keys.add(answers.key(Request("ask", POSSIBLE, 10.0, (1,), 1)))
+        keys.add(answers.key(Request("conflict", POSSIBLE, 10.0, (1, 2), 1)))
+        monkeypatch.setattr(kept, "_versions", lambda: ("other",))
+        keys.add(answers.key(request))
+        assert len(keys) == 6
+
+    def test_do_not_depend_on_where_something_stands(self, process: SolverProcess) -> None:
+        answers = kept.KeptAnswers(SPECIFICATION, None)
+        source = Source("x.csp", "some text")
+        here = Question((Part(equal(X, integer(5)), "claim", source.span(0, 4)),), (X,))
+        there = Question((Part(equal(X, integer(5)), "claim", source.span(5, 9)),), (X,))
+        assert answers.key(Request("ask", here, 1.0, (), 1)) == answers.key(Request("ask", there, 1.0, (), 1))
+
+    def test_a_damaged_one_is_found_anew(self, process: SolverProcess, tmp_path: Path) -> None:
+        solver(process).ask(IMPOSSIBLE)
+        (path,) = [path for path in (tmp_path / "cspcheck" / "proofs").rglob("*") if path.is_file()]
+        whole = path.read_bytes()
+        for damage in (b"", whole[:-1], b"cos\nsystem\n(S'true'\ntR."):
+            path.write_bytes(damage)
+            assert solver(process).ask(IMPOSSIBLE) == Impossible()
+            assert path.read_bytes() == whole
+
+    def test_that_one_was_ended_is_not_kept(self, process: SolverProcess, tmp_path: Path) -> None:
+        solver(process).ask(POSSIBLE)
+        os.kill(running(process), signal.SIGSTOP)
+        solver(process, limit=0.1).ask(IMPOSSIBLE)
+        assert solver(process).ask(IMPOSSIBLE) == Impossible()
+
+    def test_the_oldest_go_when_there_are_too_many(self, tmp_path: Path) -> None:
+        (tmp_path / "ab").mkdir()
+        for age, name in enumerate("xyz"):
+            (tmp_path / "ab" / name).write_bytes(bytes(100))
+            os.utime(tmp_path / "ab" / name, (time.time() - age, time.time() - age))
+        kept.tidy(tmp_path, 250)
+        assert sorted(path.name for path in (tmp_path / "ab").iterdir()) == ["x", "y"]
+
+
+def test_only_values_of_ours_can_be_received() -> None:
+    import pickle
+
+    class Evil:
+        def __reduce__(self) -> object:
+            return (os.system, ("true",))
+
+    with pytest.raises(channel.Foreign):
+        channel.unpacked(pickle.dumps(Evil()), channel.Sources())
+    with pytest.raises(channel.Foreign):
+        channel.unpacked(b"nonsense", channel.Sources())
