@@ -17,6 +17,7 @@ from cspcheck.checker.checks.refinement import refines
 from cspcheck.checker.checks.store import KEPT_BYTES, Machines
 from cspcheck.checker.explain.replay import ReplayFailure
 from cspcheck.checker.lts import Lts
+from cspcheck.checker.search.checkpoint import Checkpoints
 from cspcheck.checker.search.exploration import Progress
 from cspcheck.checker.specification.normal_form import FailuresModel, Semantics
 from cspcheck.checker.verdict import DEFAULT_MODELS, Limits, Outcome, Verdict
@@ -56,6 +57,7 @@ class Checker:
         full: explore the whole space of every check: nothing is merged, no search ends early.
         progress: called a few times a second during a search.
         notify: called with a line to be shown when kernels have to be compiled first.
+        checkpoints: where to write long searches down, and to go on from.
     """
 
     def __init__(
@@ -67,6 +69,7 @@ class Checker:
         full: bool = False,
         progress: Callable[[Progress], None] | None = None,
         notify: Callable[[str], None] | None = None,
+        checkpoints: Checkpoints | None = None,
     ) -> None:
         self._script = script
         self._limits = limits
@@ -78,6 +81,7 @@ class Checker:
             kept_bytes=kept,
             progress=progress,
             notify=notify,
+            checkpoints=checkpoints,
         )
 
     def check(self, assertion: Assertion) -> Outcome:
