@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from cspcheck.cspm.script import Assertion, Script
     from cspcheck.cspm.syntax import tree as syntax
 
+SMALL = 30
+"""The states of a machine that is drawn beside its verdict."""
 STDIN_NAME = "<stdin>"
 _NOT_SCRIPTS = (".pdf", ".json", ".xml", ".md", ".py")
 MEMORY_SHARE = 0.8
@@ -54,6 +56,7 @@ class Settings:
         checkpoint: the folder in which long searches are written down; None: nowhere.
         resume: whether to go on from what that folder has.
         coverage: whether what never happens in a check that passes is looked for.
+        machines: whether results have pictures of machines that are small.
     """
 
     limits: Limits = field(default_factory=Limits)
@@ -67,6 +70,7 @@ class Settings:
     checkpoint: str | None = None
     resume: bool = False
     coverage: bool = False
+    machines: bool = False
 
 
 class Watch(Protocol):
@@ -332,6 +336,19 @@ def covered(checker: GuardedChecker, assertion: Assertion, result: Result) -> Re
     if result.verdict is not Verdict.PASS:
         return result
     return replace(result, coverage=checker.coverage(assertion))
+
+
+def drawn(script: Script, result: Result) -> Result:
+    """The result with a picture of the machine of its process, if that has no more than ``SMALL`` states."""
+    if not result.process or not 0 < result.states <= SMALL:
+        return result
+    from cspcheck.drawing import parts, svg
+
+    try:
+        picture = parts.machine(result.process, script.process(result.process), script.events, SMALL)
+    except ScriptError:
+        return result
+    return replace(result, machine=svg.render(picture))
 
 
 def unanswered(assertion: Assertion, diagnostics: Sequence[Diagnostic], seconds: float = 0.0) -> Result:

@@ -418,3 +418,15 @@ def nothing_to_mutate(name: str) -> Diagnostic:
         f"no assertion of `{name}` has a verdict that a change could turn",
         help="add one, as in `assert P :[deadlock free]`, or raise the limits",
     )
+
+
+@mistake(
+    "CSP919",
+    "an extra that is not installed",
+    explanation="Some verbs need packages that not everybody wants; they are installed by the extra of that name.",
+    example="cspcheck lsp (where pygls is not installed)",
+    repair="pip install 'cspcheck[lsp]'",
+)
+def missing_extra(extra: str, package: str) -> Diagnostic:
+    """The *package* of an *extra* is not installed."""
+    return Diagnostic("CSP919", f"`{package}` is not installed", help=f"`pip install 'cspcheck[{extra}]'` installs it")

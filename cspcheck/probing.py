@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from cspcheck.checker.explain.blocked_terms import waiting
 from cspcheck.checker.explain.running import Component, Performed, Runner, Running, distinct_names
-from cspcheck.cspm.process.events import TAU, EventTable
+from cspcheck.cspm.process.events import TAU, TICK, EventTable
 from cspcheck.cspm.process.terms import Process, Terminated
 
 HIDDEN = 10_000
@@ -135,6 +135,18 @@ class Probe:
                 raise NoSuchStep(f"`{name}` is not among the events after the nearest {HIDDEN:,} internal states")
         behind = " even after internal steps" if len(known) > 1 else " here"
         raise NoSuchStep(f"`{name}` cannot happen{behind}")
+
+    def copy(self) -> Probe:
+        """Another probe at the same point."""
+        other = object.__new__(Probe)
+        other.events, other.run, other.way = self.events, self.run, list(self.way)
+        other._runner, other._random = self._runner, random.Random()
+        other._random.setstate(self._random.getstate())
+        return other
+
+    def offers(self, state: Process) -> list[int]:
+        """The events that a component in a state could perform by itself, tau and tick apart."""
+        return list(dict.fromkeys(event for event, _ in self._runner.semantics.transitions(state) if event > TICK))
 
     def walk(self, steps: int, seed: int | None = None) -> int:
         """Take steps at random, each as likely as any other; how many it were before nothing could happen.

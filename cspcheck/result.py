@@ -36,6 +36,7 @@ class Result:
         outcome: what the checker found.
         diagnostics: the errors met while checking (verdict ``error``).
         coverage: what never happened in a check that passed, where that was asked for.
+        machine: a picture of the machine of ``process`` as SVG, where a report asks for one and it is small.
     """
 
     file: str
@@ -50,6 +51,7 @@ class Result:
     expected: Verdict = Verdict.PASS
     diagnostics: tuple[Diagnostic, ...] = ()
     coverage: Coverage | None = None
+    machine: str | None = None
 
     def __bool__(self) -> bool:
         return self.verdict is Verdict.PASS

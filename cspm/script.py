@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
@@ -141,10 +142,14 @@ class Script:
 
     # --- what is written against the script -----------------------------------------------------------------
 
-    def _tied(self, expression: syntax.Expr | str) -> tuple[syntax.Expr, Frame]:
-        """The tree of *expression* with its names tied and its types checked, and the frame that it stands in."""
+    def _tied(self, expression: syntax.Expr | str, *, written: bool = False) -> tuple[syntax.Expr, Frame]:
+        """The tree of *expression* with its names tied and its types checked, and the frame that it stands in.
+
+        A tree is of this script, unless it is *written* against it and has not been looked at yet.
+        """
         if isinstance(expression, str):
-            expression = parse_expression(expression)
+            expression, written = parse_expression(expression), True
+        if written:
             resolve_more(self.names, expression)
             if self.types is not None:
                 from cspcheck.cspm.typing.inference import infer_expression
@@ -167,20 +172,33 @@ class Script:
         node, frame = self._tied(expression)
         return self._evaluator.run(lambda: self._evaluator.process(node, frame)(()), node.span)
 
+    @contextmanager
+    def _written(self, expression: syntax.Expr | str) -> Iterator[tuple[syntax.Expr, Frame]]:
+        """Like :meth:`_tied`, for a value that is complete at the end: what is known of a text is forgotten then.
+
+        A session that evaluates for hours does not grow.
+        """
+        node = parse_expression(expression) if isinstance(expression, str) else expression
+        try:
+            yield self._tied(node, written=isinstance(expression, str))
+        finally:
+            if isinstance(expression, str):
+                self._evaluator.forget(node, self._top)
+
     def event_set(self, expression: syntax.Expr | str) -> EventSet:
         """The events in the set that *expression* is."""
-        node, frame = self._tied(expression)
-        return self._evaluator.run(lambda: self._evaluator.events(node, frame)(()), node.span)
+        with self._written(expression) as (node, frame):
+            return self._evaluator.run(lambda: self._evaluator.events(node, frame)(()), node.span)
 
     def trace(self, expression: syntax.Expr | str) -> tuple[int, ...]:
         """The events, in order, of the sequence that *expression* is."""
-        node, frame = self._tied(expression)
-        return self._evaluator.run(lambda: self._evaluator.trace(node, frame)(()), node.span)
+        with self._written(expression) as (node, frame):
+            return self._evaluator.run(lambda: self._evaluator.trace(node, frame)(()), node.span)
 
     def boolean(self, expression: syntax.Expr | str) -> bool:
         """The truth value that *expression* has."""
-        node, frame = self._tied(expression)
-        return self._evaluator.run(lambda: self._evaluator.condition(node, frame)(()), node.span)
+        with self._written(expression) as (node, frame):
+            return self._evaluator.run(lambda: self._evaluator.condition(node, frame)(()), node.span)
 
     def evaluate(self, text: str) -> Any:
         """The value of an expression as a Python value.
@@ -193,8 +211,8 @@ class Script:
         Raises:
             ScriptError: also for infinite sets and sequences.
         """
-        node, frame = self._tied(text)
-        return self._evaluator.run(lambda: self._plain(deep(self._evaluator.value(node, frame)(()))), node.span)
+        with self._written(text) as (node, frame):
+            return self._evaluator.run(lambda: self._plain(deep(self._evaluator.value(node, frame)(()))), node.span)
 
     def value(self, text: str) -> Any:
         """The value of an expression as the evaluator has it (``cspcheck.cspm.values.values``), evaluated through and
@@ -212,8 +230,8 @@ class Script:
 
     def show(self, text: str) -> str:
         """The value of an expression as the language writes it."""
-        node, frame = self._tied(text)
-        return self._print(node, frame)
+        with self._written(text) as (node, frame):
+            return self._print(node, frame)
 
     def _printed(self, declared: Declarations) -> Iterator[str]:
         for node, frame in declared.prints:

@@ -23,12 +23,14 @@ VERBS = {
     "fmt": "Print scripts in the standard layout, or rewrite them.",
     "latex": "Write classes as LaTeX, or LaTeX as text.",
     "probe": "Step through a process, or through a counterexample.",
+    "explore": "Explore a script in the browser.",
     "graph": "Draw a machine, an architecture or a counterexample.",
     "cspm": "Write a script with classes as plain CSPm, for FDR.",
     "gen": "Generate a program of tasks and channels.",
     "trace": "Say whether a recorded run is a trace of a process.",
     "explain": "Say what an error code means, with an example and its repair.",
     "examples": "List, print or copy the examples that come with cspcheck.",
+    "lsp": "Serve an editor: diagnostics, navigation, checks (LSP).",
     "completion": "Print the completion script for a shell.",
 }
 """The verbs with what ``--help`` says of them, so that it need not import them."""

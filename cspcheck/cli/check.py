@@ -44,7 +44,11 @@ def command(**options: Any) -> None:
     verbosity = options["verbose"] - options["quiet"]
     with output_to(options["output"]) as output:
         session = Session(
-            replace(settings(options, definitions(options)), coverage=options["coverage"]),
+            replace(
+                settings(options, definitions(options)),
+                coverage=options["coverage"],
+                machines=options["form"] == "html",
+            ),
             report(options["form"], output.write, style_for(output.stream, options["color"]), verbosity),
             patterns=[Pattern(text) for text in options["patterns"]],
             color=options["color"],

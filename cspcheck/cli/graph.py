@@ -10,7 +10,7 @@ import click
 from cspcheck.cli import finish
 from cspcheck.cli.options import ConfiguredCommand, defined_names, definitions, script_options
 from cspcheck.cspm.diagnostics import ScriptError
-from cspcheck.messages import no_counterexample, too_large_to_draw, unknown_picture_format
+from cspcheck.messages import no_counterexample, unknown_picture_format
 
 if TYPE_CHECKING:
     from cspcheck.checking import Settings
@@ -45,6 +45,7 @@ def command(**options: Any) -> None:
     """
     from cspcheck import checking
     from cspcheck.cli.streams import output_to
+    from cspcheck.drawing import parts
 
     output: str | None = options["output"]
     suffix = ".svg" if output in (None, "-") else os.path.splitext(str(output))[1].lower()
@@ -55,9 +56,12 @@ def command(**options: Any) -> None:
     if options["trace"]:
         text = _chart(script, settings, options["process"], suffix)
     elif options["architecture"]:
-        text = _rendered(_architecture(script, options["process"]), suffix)
+        shown = options["process"]
+        text = _rendered(parts.architecture(shown, script.process(shown), script.events), suffix)
     else:
-        text = _rendered(_machine(script, options["process"], options["most_states"]), suffix)
+        shown = options["process"]
+        picture = parts.machine(shown, script.process(shown), script.events, options["most_states"])
+        text = _rendered(picture, suffix)
     with output_to(output) as stream:
         stream.write(text)
     finish(0)
@@ -70,36 +74,6 @@ def _rendered(picture: Picture, suffix: str) -> str:
         return dot.render(picture)
     drawn = svg.render(picture)
     return html.page(picture.title, drawn) if suffix == ".html" else drawn
-
-
-def _machine(script: Script, text: str, most: int) -> Picture:
-    from cspcheck.checker.semantics.transitions import LimitReached, explore
-    from cspcheck.checker.verdict import Limits
-    from cspcheck.cspm.process.text import describe
-    from cspcheck.drawing.machines import machine_picture
-
-    try:
-        lts, terms = explore(script.process(text), Limits(states=most))
-    except LimitReached:
-        raise ScriptError(too_large_to_draw(text, most)) from None
-    return machine_picture(text, lts, script.events, lambda state: describe(terms[state], script.events))
-
-
-def _architecture(script: Script, text: str) -> Picture:
-    from cspcheck.checker.budget import LimitReached
-    from cspcheck.checker.network.compiler import Compiler
-    from cspcheck.checker.verdict import Limits
-    from cspcheck.drawing.machines import architecture_picture, without_priority
-
-    process = script.process(text)
-    try:
-        network = Compiler().network(process, Limits(), lambda _: None)
-        if len(network.slots) == 1:
-            # What is one component to the engine need not be one to the reader.
-            network = Compiler(slot_states=2).network(without_priority(process), Limits(), lambda _: None)
-    except LimitReached as limit:
-        raise ScriptError(limit.diagnostic) from None
-    return architecture_picture(text, network, script.events)
 
 
 def _chart(script: Script, settings: Settings, text: str, suffix: str) -> str:

@@ -155,7 +155,7 @@ class Session:
         return script
 
     def _check(self, script: Script, assertions: Sequence[Assertion]) -> None:
-        from cspcheck.checking import check, checker_for, covered, unanswered, unreached
+        from cspcheck.checking import check, checker_for, covered, drawn, unanswered, unreached
 
         try:
             checker = checker_for(script, self._settings, self.progress)
@@ -173,6 +173,8 @@ class Session:
                     result = check(checker, assertion)
                     if self._settings.coverage:
                         result = covered(checker, assertion, result)
+                    if self._settings.machines:
+                        result = drawn(script, result)
                     code = exit_of(result)
                 except Exception as error:
                     report = self._internal_errors.report(error, f"checking `{assertion.text}`")

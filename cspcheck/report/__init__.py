@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from cspcheck.report.style import Style
     from cspcheck.result import Result, Summary
 
-Format = Literal["full", "concise", "json", "jsonl", "junit", "github"]
+Format = Literal["full", "concise", "json", "jsonl", "junit", "github", "html"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 
 
@@ -76,6 +76,11 @@ def report(form: Format, write: Callable[[str], object], style: Style, verbosity
             from cspcheck.report.junit import JunitReport
 
             return JunitReport(write)
+        case "html":
+            from cspcheck import __version__
+            from cspcheck.report.html import HtmlReport
+
+            return HtmlReport(write, __version__)
         case "github":
             from cspcheck.report.github import GithubReport
 

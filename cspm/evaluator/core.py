@@ -18,6 +18,7 @@ from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.evaluator.builtins_data import as_sequence
 from cspcheck.cspm.evaluator.builtins_processes import as_event, builtins_for
 from cspcheck.cspm.evaluator.frames import Frame
+from cspcheck.cspm.evaluator.free import children
 from cspcheck.cspm.evaluator.sorts import Sorts
 from cspcheck.cspm.evaluator.strictness import Strictness
 from cspcheck.cspm.naming.resolve import Names
@@ -61,6 +62,7 @@ class Evaluator:
 
     def __init__(self, names: Names, channels: Channels, types: Types | None) -> None:
         self.names = names
+        self.types = types
         self.channels = channels
         self.sorts = Sorts(names, types)
         self.builtins = builtins_for(channels)
@@ -71,6 +73,25 @@ class Evaluator:
         """The routine of each definition that is local to some expression, by node and unit."""
         self.free_variables: dict[int, frozenset[Any]] = {}
         self._active = False
+
+    def forget(self, root: syntax.Node, frame: Frame) -> None:
+        """Drop what is known of a tree written against the script at *frame*: nobody will ask for its value again."""
+        nodes: list[syntax.Node] = []
+        waiting = [root]
+        while waiting:
+            node = waiting.pop()
+            nodes.append(node)
+            waiting += children(node)
+        declared = self.names.forget(root, nodes)
+        if self.types is not None:
+            self.types.forget(root, nodes, declared)
+        for node in nodes:
+            self.free_variables.pop(id(node), None)
+            self.routines.pop((id(node), frame.unit), None)
+        for symbol in declared:
+            self.routines.pop((symbol, frame.unit), None)
+        self.sorts.forget(declared)
+        self.strictness.forget(declared)
 
     # --- compiling ------------------------------------------------------------------------------------------
 

@@ -6,6 +6,7 @@ evaluated itself (``P = f(P)``); one that surely is not needs no look at its val
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from enum import Enum, auto
 from typing import TYPE_CHECKING
 
@@ -69,6 +70,11 @@ class Sorts:
         self.types = types
         self._definitions: dict[Symbol, Sort] = {}
         self._asking: set[Symbol] = set()
+
+    def forget(self, symbols: Iterable[Symbol]) -> None:
+        """Drop what is known of *symbols*, which nobody will ask for again."""
+        for symbol in symbols:
+            self._definitions.pop(symbol, None)
 
     def of(self, node: syntax.Expr) -> Sort:
         """The sort of an expression's value."""

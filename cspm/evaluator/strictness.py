@@ -7,6 +7,7 @@ assumption weakened until it holds.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from cspcheck.cspm.evaluator.patterns import is_irrefutable, is_variable
@@ -26,6 +27,11 @@ class Strictness:
     def __init__(self, evaluator: Evaluator) -> None:
         self.evaluator = evaluator
         self._known: dict[Symbol, tuple[bool, ...]] = {}
+
+    def forget(self, symbols: Iterable[Symbol]) -> None:
+        """Drop what is known of *symbols*, which nobody will ask for again."""
+        for symbol in symbols:
+            self._known.pop(symbol, None)
 
     def of(self, symbol: Symbol) -> tuple[bool, ...]:
         """For each parameter of a function with one parameter list, whether every call needs its value."""

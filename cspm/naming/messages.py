@@ -414,3 +414,17 @@ def deprecated_import(name: str, instead: str, span: Span) -> Diagnostic:
         Severity.WARNING,
         help=f"import and use `{instead}`: FDR4 refuses `{name}`",
     )
+
+
+@mistake(
+    "CSP225",
+    "symmetry is not used",
+    explanation="`:[symmetry reduce]:` asks for a smaller search where processes and values of a type play the same "
+    "part. The verdict does not depend on it: the whole state space is searched, with the reductions that are sound "
+    "for every process.",
+    example="channel a\nP = a -> P\nassert P :[deadlock free] :[symmetry reduce]:",
+    repair="channel a\nP = a -> P\nassert P :[deadlock free]",
+)
+def symmetry_not_used(span: Span) -> Diagnostic:
+    """The option of an assertion that asks for a reduction by symmetry."""
+    return Diagnostic("CSP225", "symmetry is not used in this check", span, Severity.WARNING, annotation="ignored")

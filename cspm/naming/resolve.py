@@ -625,6 +625,9 @@ class _Resolver:
         for option in options:
             if option.events is not None:
                 self.visit(option.events, scope)
+            self._visit_all(option.types, scope)
+            if option.kind == "symmetry reduce":
+                self.names.warnings.append(messages.symmetry_not_used(option.span))
 
     @TIES(syntax.BooleanAssertion)
     def _visit_booleanassertion(self, node: syntax.BooleanAssertion, scope: Scope) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import Any
@@ -161,6 +161,21 @@ class Names:
     def __iter__(self) -> Iterator[Symbol]:
         """Every symbol that some node means, each once."""
         return iter(dict.fromkeys(self._symbols.values()))
+
+    def forget(self, root: syntax.Node, nodes: Iterable[syntax.Node]) -> set[Symbol]:
+        """Drop what is known of *nodes*, all those of a tree written against the script; the symbols declared in it.
+
+        Nobody may ask for them again.
+        """
+        self._kept = [kept for kept in self._kept if kept is not root]
+        declared: set[Symbol] = set()
+        for node in nodes:
+            self._tocks.pop(id(node), None)
+            symbol = self._symbols.pop(id(node), None)
+            if symbol is not None and symbol.span is not None and symbol.span.source is root.span.source:
+                declared.add(symbol)
+                self._annotations.pop(symbol, None)
+        return declared
 
     def _record(self, node: syntax.Node, symbol: Symbol) -> None:
         self._symbols[id(node)] = symbol

@@ -268,6 +268,9 @@ class Tree(Types):
         _, mode = property_words(self.tokens.text(sign))
         return s.AssertOption(span=span, kind="partial order reduce", mode=mode)
 
+    def symmetry_option(self, span: Span, sign: int, types: list[s.Expr] | None = None) -> s.AssertOption:
+        return s.AssertOption(span=span, kind="symmetry reduce", types=tuple(types or ()))
+
     def _options(self, options: list[s.AssertOption]) -> tuple[s.AssertOption, ...]:
         seen: dict[str, Span] = {}
         for option in options:

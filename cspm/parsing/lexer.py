@@ -51,7 +51,9 @@ OPERAND_ENDS: Final = frozenset(
 )
 """Kinds behind which an operand is complete: an operator or the end of a declaration may follow."""
 
-_DECLARATION_ENDS: Final = OPERAND_ENDS | {"PROPERTY", "REDUCE_OPTION", "endmodule", "PARAGRAPH", "OBLIGATION"}
+_DECLARATION_ENDS: Final = OPERAND_ENDS | {
+    *("PROPERTY", "REDUCE_OPTION", "SYMMETRY_OPTION", "endmodule", "PARAGRAPH", "OBLIGATION")
+}
 
 _BEGINS_DECLARATION: Final = frozenset(
     [
@@ -147,6 +149,7 @@ _PROPERTY_KINDS: Final = {
     "tau priority": "PRIORITY_OPTION",
     "tau priority over": "PRIORITY_OPTION",
     "partial order reduce": "REDUCE_OPTION",
+    "symmetry reduce": "SYMMETRY_OPTION",
 }
 _REDUCTIONS: Final = ("precise", "hybrid", "fast")
 
@@ -460,7 +463,9 @@ def _property(tokens: Tokens, begin: int, *, classes: bool) -> tuple[str, int]:
         return "PROPERTY", match.end()
     mode = match["mode"]
     if mode is not None:
-        allowed = _REDUCTIONS if kind == "REDUCE_OPTION" else () if kind == "PRIORITY_OPTION" else MODELS
+        allowed = (
+            _REDUCTIONS if kind == "REDUCE_OPTION" else () if kind in ("PRIORITY_OPTION", "SYMMETRY_OPTION") else MODELS
+        )
         if mode not in allowed:
             tokens.errors.append(lexing.unknown_mode(source.span(*match.span("mode")), words, allowed))
     return kind, match.end()

@@ -225,7 +225,13 @@ class Printer(Expressions):
     def _print_assert_option(self, node: s.AssertOption, place: Place) -> Doc | Printing:
         if node.events is not None:
             return self._priority(node.events)
+        if node.kind == "symmetry reduce":
+            return self._symmetry(node.types)
         return ":[partial order reduce]" if node.mode is None else f":[partial order reduce [{node.mode}]]"
+
+    def _symmetry(self, types: Sequence[s.Expr]) -> Printing:
+        docs = yield from self._items(types, ANYWHERE)
+        return cat(":[symmetry reduce]: ", commas(docs)) if docs else ":[symmetry reduce]:"
 
     def _priority(self, events: s.Expr) -> Printing:
         return cat(":[tau priority]: ", after_colon((yield events, ANYWHERE)))

@@ -493,11 +493,12 @@ class Assertion(Node):
 
 @dataclass(frozen=True, kw_only=True)
 class AssertOption(Node):
-    """``:[tau priority]: A`` or ``:[partial order reduce [mode]]``."""
+    """``:[tau priority]: A``, ``:[partial order reduce [mode]]`` or ``:[symmetry reduce]: types``."""
 
-    kind: Literal["tau priority", "partial order reduce"]
+    kind: Literal["tau priority", "partial order reduce", "symmetry reduce"]
     events: Expr | None = None
     mode: str | None = None
+    types: tuple[Expr, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

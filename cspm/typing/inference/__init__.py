@@ -10,7 +10,7 @@ for each subject: :mod:`.patterns`, :mod:`.expressions`, :mod:`.processes`, :mod
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -33,6 +33,7 @@ from cspcheck.cspm.typing.types import (
     Datatype,
     Scheme,
     SequenceOf,
+    SetOf,
     Type,
     Variable,
     show_scheme,
@@ -71,6 +72,14 @@ class Types:
             KeyError: the node is not in the script, or is a dot inside a longer one.
         """
         return self._expressions[id(node)]
+
+    def forget(self, root: syntax.Node, nodes: Iterable[syntax.Node], declared: Iterable[Symbol]) -> None:
+        """Drop what is known of *nodes*, all those of a tree written against the script, and of what it declares."""
+        self._kept = [kept for kept in self._kept if kept is not root]
+        for node in nodes:
+            self._expressions.pop(id(node), None)
+        for symbol in declared:
+            self._views.schemes.pop(symbol, None)
 
     def datatype(self, symbol: Symbol) -> Datatype:
         """The type of the values of a declared datatype."""
@@ -197,6 +206,8 @@ class _Inference(ModuleRules):
         for option in options:
             if option.events is not None:
                 self.check(option.events, EVENTS, "the set of the option")
+            for types in option.types:
+                self.check(types, SetOf(self.fresh()), "a type of the option")
 
 
 def infer(script: syntax.Script, names: Names) -> Types:

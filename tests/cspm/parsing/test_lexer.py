@@ -33,7 +33,7 @@ class TestWords:
 
     def test_keywords_are_kinds_of_their_own(self) -> None:
         for word in KEYWORDS:
-            assert tokenise(Source("", word)).kinds[0] == word
+            assert tokenise(Source("", f"{word} ")).kinds[0] == word
             assert tokenise(Source("", word + "1")).kinds[0] == "NAME"
 
     def test_true_and_false_are_keywords_but_capitalised_they_are_names(self) -> None:

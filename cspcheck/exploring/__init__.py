@@ -1,0 +1,1 @@
+"""The explorer: a script in the browser, behind ``cspcheck explore``."""

@@ -1,0 +1,116 @@
+"""The explorer's server: for this machine and who knows the token; and its page in a real browser."""
+
+import json
+import shutil
+import subprocess
+import threading
+import urllib.error
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from cspcheck import checking
+from cspcheck.exploring.model import Explorer
+from cspcheck.exploring.server import Server
+
+SCRIPT = """\
+channel pick, put : {0..1}.{0..1}
+Phil(i) = pick.i.i -> pick.i.(1 - i) -> put.i.i -> put.i.(1 - i) -> Phil(i)
+Fork(i) = pick?p!i -> put!p!i -> Fork(i)
+Table = (Phil(0) ||| Phil(1)) [| {| pick, put |} |] (Fork(0) ||| Fork(1))
+assert Table :[deadlock free]
+"""
+BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    path: Path = tmp_path_factory.mktemp("x") / "table.csp"
+    path.write_text(SCRIPT)
+    script = checking.load(str(path), checking.Settings())
+    found = Server(Explorer(script, checking.Settings()))
+    thread = threading.Thread(target=found.serve_forever, daemon=True)
+    thread.start()
+    yield found
+    found.shutdown()
+    found.server_close()
+
+
+def get(server: Server, path: str, **headers: str) -> tuple[int, str]:
+    request = urllib.request.Request(f"http://127.0.0.1:{server.port}{path}", headers=headers)
+    try:
+        with urllib.request.urlopen(request) as response:
+            return response.status, response.read().decode()
+    except urllib.error.HTTPError as error:
+        return error.code, error.read().decode()
+
+
+def test_the_token_is_needed(server: Server) -> None:
+    assert get(server, "/")[0] == 403
+    assert get(server, "/?token=guess")[0] == 403
+    assert get(server, "/api/script")[0] == 403
+    assert get(server, f"/?token={server.token}")[0] == 200
+
+
+def test_a_name_of_somebody_else_for_this_machine_is_refused(server: Server) -> None:
+    assert get(server, f"/?token={server.token}", Host=f"evil.example:{server.port}")[0] == 403
+
+
+def test_only_this_machine_is_listened_to(server: Server) -> None:
+    assert server.server_address[0] == "127.0.0.1"
+
+
+def test_answers(server: Server) -> None:
+    status, text = get(server, f"/api/place?root=Table&way=&token={server.token}")
+    assert status == 200
+    assert [step["event"] for step in json.loads(text)["steps"]] == ["pick.0.0", "pick.1.1"]
+    assert get(server, f"/api/place?root=Nobody&token={server.token}")[0] == 400
+    assert get(server, f"/else?token={server.token}")[0] == 404
+
+
+def dumped(address: str, tmp_path: Path) -> str:
+    """The page as it is after its script has run."""
+    assert BROWSER is not None
+    done = subprocess.run(
+        [
+            BROWSER,
+            "--headless=new",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--disable-dev-shm-usage",
+            f"--user-data-dir={tmp_path}",
+            "--virtual-time-budget=15000",
+            "--dump-dom",
+            address,
+        ],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium: the page is not tried in a browser")
+def test_the_page_in_a_browser(server: Server, tmp_path: Path) -> None:
+    page = dumped(f"{server.address}#root=Table&way=1.1", tmp_path)
+    assert "Deadlock: nothing can happen" in page
+    assert "waits for" in page
+    assert 'class="here"' in page  # the state in the picture of the machine
+    assert page.count("<svg") == 2
+    assert "Phil(0)" in page
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium: the page is not tried in a browser")
+def test_a_picture_in_a_browser_is_fitted(tmp_path: Path) -> None:
+    from cspcheck.cli import run
+
+    script = tmp_path / "x.csp"
+    script.write_text("channel a : {0..40}\nP(n) = n < 40 & a.n -> P(n + 1)\n")
+    out = tmp_path / "x.html"
+    assert run(["graph", str(script), "P(0)", "-o", str(out)]) == 0
+    page = dumped(out.as_uri(), tmp_path / "profile")
+    scale = float(page.split("scale(")[1].split(")")[0])
+    assert scale < 0.5
