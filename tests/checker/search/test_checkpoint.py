@@ -162,6 +162,7 @@ print(found[1], found[0][-1], flush=True)
 """
 
 
+@pytest.mark.slow
 def test_a_run_that_is_killed_goes_on_in_the_next(packed: PackedNetwork, tmp_path: Path) -> None:
     """Wherever the signal meets it, in the midst of writing too."""
     expected = explore(packed, compiled=False)
