@@ -20,9 +20,17 @@ from cspcheck.checker.lts import Lts
 from cspcheck.checker.search.checkpoint import Checkpoints
 from cspcheck.checker.search.exploration import Progress
 from cspcheck.checker.specification.normal_form import FailuresModel, Semantics
-from cspcheck.checker.verdict import DEFAULT_MODELS, Limits, Outcome, Verdict
+from cspcheck.checker.verdict import (
+    DEFAULT_MODELS,
+    DIVERGENCE_COUNTS,
+    TERMINATION_COUNTS,
+    Limits,
+    Outcome,
+    Termination,
+    Verdict,
+)
 from cspcheck.cspm.process.events import EventSet, EventTable
-from cspcheck.cspm.process.terms import Prioritised, Process
+from cspcheck.cspm.process.terms import STOP, Prioritised, Process, Sequential
 from cspcheck.cspm.syntax.tree import (
     Assertion,
     AssertOption,
@@ -55,6 +63,7 @@ class Checker:
         limits: for each assertion; the states are those of each machine that has to be explored for it.
         workers: threads for large searches; by default as many as there are processors.
         full: explore the whole space of every check: nothing is merged, no search ends early.
+        termination: what a process that has terminated is to ``deadlock free``: a success, or a deadlock as in FDR4.
         progress: called a few times a second during a search.
         notify: called with a line to be shown when kernels have to be compiled first.
         checkpoints: where to write long searches down, and to go on from.
@@ -67,12 +76,14 @@ class Checker:
         limits: Limits = Limits(),  # noqa: B008  (immutable)
         workers: int | None = None,
         full: bool = False,
+        termination: Termination = "success",
         progress: Callable[[Progress], None] | None = None,
         notify: Callable[[str], None] | None = None,
         checkpoints: Checkpoints | None = None,
     ) -> None:
         self._script = script
         self._limits = limits
+        self._termination = termination
         self._happened: dict[Process, Happened | None] = {}
         kept = KEPT_BYTES if limits.memory_bytes is None else min(KEPT_BYTES, limits.memory_bytes // 2)
         self._machines = Machines(
@@ -115,7 +126,11 @@ class Checker:
             model = assertion.model or DEFAULT_MODELS[assertion.kind]
             trace = () if assertion.trace is None else self._script.trace(assertion.trace)
             process = self._process(assertion.process, assertion.options)
+            if assertion.kind == "deadlock free" and self._termination == "deadlock":
+                # Where it would terminate it does nothing any more, and has not terminated.
+                process = Sequential(process, STOP)
             outcome = self.check_property(process, assertion.kind, model, trace, budget)
+            outcome = self._differences_told(outcome, assertion.kind)
             claim: Trace = "no"
             if assertion.kind == "has trace":
                 claim = "possible" if model == "T" else "reliable"
@@ -125,6 +140,15 @@ class Checker:
 
             return answer(assertion, specification_of(self._script), self._limits.seconds)
         raise TypeError(f"not an assertion: {assertion!r}")
+
+    def _differences_told(self, outcome: Outcome, kind: PropertyKind) -> Outcome:
+        """The outcome of a property, with a remark where FDR4 would come to another one."""
+        remark = None
+        if kind == "deadlock free" and self._termination == "deadlock":
+            remark = TERMINATION_COUNTS
+        elif kind == "deterministic" and outcome.counterexample is not None:
+            remark = DIVERGENCE_COUNTS if outcome.counterexample.kind == "divergence" else None
+        return outcome if remark is None else replace(outcome, remarks=(*outcome.remarks, remark))
 
     def _within_readings(
         self,

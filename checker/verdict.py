@@ -183,6 +183,14 @@ class Outcome:
     control: bool = False
 
 
+Termination = Literal["success", "deadlock"]
+"""What a process that has terminated is to ``deadlock free``."""
+TERMINATES = "the process may terminate, which is no deadlock here; FDR4 says that it is one (`--termination deadlock`)"
+"""Remarks on answers that FDR4 gives otherwise."""
+TERMINATION_COUNTS = "a process that has terminated counts as deadlocked, as in FDR4"
+DIVERGENCE_COUNTS = "a process that diverges is not deterministic here; FDR4 does not look at divergence"
+
+
 @dataclass(frozen=True, slots=True)
 class Limits:
     """Where a search gives up. None: no limit."""

@@ -115,3 +115,82 @@ def _escaped(text: str, *, quote: bool) -> str:
 def _plain(text: str) -> str:
     """A text with a sign in place of everything that is no printable character."""
     return "".join(c if c.isprintable() else " " if c.isspace() else "\N{REPLACEMENT CHARACTER}" for c in text)
+
+
+# --- C ------------------------------------------------------------------------------------------------------------
+
+
+def c_text(text: str) -> Code:
+    """A text as a literal of C, in ASCII: other characters as the bytes of UTF-8, in octal.
+
+    Octal, since a hexadecimal escape goes on for as long as there are digits; and no ``??``, which begins a trigraph.
+    """
+    found = []
+    for byte in text.encode("utf-8", "surrogateescape"):
+        character = chr(byte)
+        plain = 32 <= byte < 127 and character not in '"\\?'
+        found.append(character if plain else f"\\{byte:03o}")
+    return Code(f'"{"".join(found)}"')
+
+
+def c_comment(text: str) -> Code:
+    """A text inside a comment of C, on one line."""
+    one = " ".join(_plain(text).split()).encode("ascii", "replace").decode("ascii")
+    return Code(one.replace("*/", "* /").replace("/*", "/ *").replace("??", "? ?").rstrip("\\"))
+
+
+def c_name(text: str) -> Code:
+    """A name of C made of a text: letters, digits and underscores."""
+    name = re.sub(r"[^A-Za-z0-9]+", "_", text.replace("'", "_prime")).strip("_") or "x"
+    name = f"n{name}" if name[0].isdigit() else name
+    return Code(f"{name}_" if name in _C_WORDS else name)
+
+
+_C_WORDS = frozenset(
+    {
+        "auto",
+        "break",
+        "case",
+        "char",
+        "const",
+        "continue",
+        "default",
+        "do",
+        "double",
+        "else",
+        "enum",
+        "extern",
+        "float",
+        "for",
+        "goto",
+        "if",
+        "inline",
+        "int",
+        "long",
+        "register",
+        "restrict",
+        "return",
+        "short",
+        "signed",
+        "sizeof",
+        "static",
+        "struct",
+        "switch",
+        "typedef",
+        "union",
+        "unsigned",
+        "void",
+        "volatile",
+        "while",
+        "bool",
+        "true",
+        "false",
+        "main",
+        "asm",
+        "NULL",
+        "exit",
+        "signal",
+        "abort",
+        "stop",
+    }
+)

@@ -20,9 +20,11 @@ if TYPE_CHECKING:
     import networkx
 
     from cspcheck.checker.lts import Lts
+    from cspcheck.checker.proof.finding import Finding
     from cspcheck.cspm import script
     from cspcheck.cspm.process import terms as process
     from cspcheck.cspm.process.events import EventTable
+    from cspcheck.probing import Probe
 
 
 def load(
@@ -203,6 +205,59 @@ class Script:
         """
         return self._script.evaluate(text)
 
+    def sweep(self, assertion: str | None = None, **values: Iterable[object]) -> list[tuple[dict[str, str], Result]]:
+        """Check the script for every combination of values of its constants.
+
+        ``script.sweep(N=range(2, 6))`` checks all assertions for each N; *assertion* leaves those with that text.
+
+        Returns:
+            The values with each result, in the order of the combinations and of the script.
+
+        Raises:
+            ScriptError: there is no such constant, or the script is wrong with one of the values.
+        """
+        from itertools import product
+
+        found: list[tuple[dict[str, str], Result]] = []
+        for chosen in product(*values.values()):
+            texts = {name: _as_text(value) for name, value in zip(values, chosen, strict=True)}
+            for result in self._with(texts).check():
+                if assertion is None or result.assertion == assertion:
+                    found.append((texts, result))
+        return found
+
+    def _with(self, definitions: Mapping[str, str]) -> Script:
+        """The same script with other values for some constants."""
+        from cspcheck.cspm import notation, script
+
+        settings = replace(self._settings, definitions={**self._settings.definitions, **definitions})
+        loaded = script.load(
+            self._script.source,
+            overrides=settings.definitions,
+            typecheck=settings.typecheck,
+            semantics=notation.Semantics(settings.view, settings.outputs),
+        )
+        return Script(loaded, settings)
+
+    def prove(self, *, seconds: float = 10.0) -> list[Finding]:
+        """The answers to the proof obligations of every class of the script.
+
+        Raises:
+            ScriptError: the script has no classes.
+        """
+        from cspcheck.checker.proof.answer import obligation_names, specification_of
+        from cspcheck.checker.proof.obligations import discharge
+        from cspcheck.checker.proof.prover import Prover
+        from cspcheck.checker.proof.question import Settings
+
+        specification = specification_of(self._script)
+        settings = Settings(seconds=seconds)
+        return [
+            finding
+            for model in specification.classes.values()
+            for finding in discharge(Prover(specification, model, settings), obligation_names(None, None), None)
+        ]
+
     def process(self, text: str) -> Process:
         """The process that a CSPm expression stands for.
 
@@ -231,6 +286,43 @@ class Process:
     def __repr__(self) -> str:
         return f"<cspcheck.Process {self._text!r}>"
 
+    def svg(self, *, max_states: int = 300) -> str:
+        """A picture of the machine, as an SVG document.
+
+        Raises:
+            ScriptError: it has more than *max_states* states, or cannot be evaluated.
+        """
+        from cspcheck.drawing import parts, svg
+
+        return svg.render(parts.machine(self._text, self._term, self._owner._script.events, max_states))
+
+    def architecture(self) -> Picture:
+        """A picture of the components and the channels between them.
+
+        Raises:
+            ScriptError: a component is too large to be explored.
+        """
+        from cspcheck.drawing import parts, svg
+
+        return Picture(svg.render(parts.architecture(self._text, self._term, self._owner._script.events)))
+
+    def probe(self, *, seed: int = 0) -> Probe:
+        """The process, to be stepped through: its ``steps()``, ``take(step)``, ``perform(event)``, ``undo()``.
+
+        Raises:
+            ScriptError: the process cannot be evaluated.
+        """
+        from cspcheck.probing import Probe
+
+        return Probe(self._term, self._owner._script.events, seed=seed)
+
+    def _repr_svg_(self) -> str | None:
+        """What a notebook shows: the machine, or nothing more than the name where it is large."""
+        try:
+            return self.svg()
+        except ScriptError:
+            return None
+
     def lts(self, *, max_states: int | None = None) -> Machine:
         """The explicit machine of the process: all of its reachable states, without any reduction.
 
@@ -241,6 +333,19 @@ class Process:
         """
         checker = self._owner._checker(checking.limits(_positive("max_states", max_states)), None, True)
         return Machine(checker.lts(self._term), self._owner._script.events)
+
+
+class Picture:
+    """A picture that a notebook shows; ``svg`` is the document."""
+
+    def __init__(self, svg: str) -> None:
+        self.svg = svg
+
+    def __repr__(self) -> str:
+        return f"<cspcheck.Picture, {len(self.svg):,} bytes of SVG>"
+
+    def _repr_svg_(self) -> str:
+        return self.svg
 
 
 class Machine:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Literal, Protocol
 
 from cspcheck.checker.budget import OUT_OF_MEMORY, why
 from cspcheck.checker.guard import Guard, machine_memory
-from cspcheck.checker.verdict import Limits, Outcome, Verdict
+from cspcheck.checker.verdict import Limits, Outcome, Termination, Verdict
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
 from cspcheck.cspm.interruption import Stopped
 from cspcheck.cspm.source import Source
@@ -48,6 +48,7 @@ class Settings:
         limits: where a check gives up, each assertion on its own.
         workers: search threads; None: the machine's cores.
         full: explore the whole state space, without reductions.
+        termination: what a process that has terminated is to ``deadlock free``: a ``success``, or a ``deadlock``.
         definitions: top-level constants of the script to override, as CSPm text.
         typecheck: whether types are checked before evaluation.
         view: classes with their ``data``, or in the ``control`` view without; None: as the script says.
@@ -62,6 +63,7 @@ class Settings:
     limits: Limits = field(default_factory=Limits)
     workers: int | None = None
     full: bool = False
+    termination: Termination = "success"
     definitions: Mapping[str, str] = field(default_factory=dict)
     typecheck: bool = True
     view: Literal["data", "control"] | None = None
@@ -246,6 +248,7 @@ class GuardedChecker:
                 limits=self._settings.limits,
                 workers=self._settings.workers,
                 full=self._settings.full,
+                termination=self._settings.termination,
                 progress=self._watch.progress,
                 notify=self._watch.notify,
                 checkpoints=self._checkpoints,

@@ -16,6 +16,7 @@ from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.process.events import TAU, TICK, EventSet, EventTable
 from cspcheck.cspm.process.terms import Hide, Parallel, Process, Reference
 from cspcheck.cspm.process.text import describe
+from cspcheck.report.style import harmless
 
 if TYPE_CHECKING:
     from cspcheck.cspm.script import Script
@@ -45,7 +46,7 @@ class Departure:
     states: tuple[str, ...]
 
     def explain(self) -> str:
-        """The departure in some lines."""
+        """The departure in some lines. What comes from the recorded run does nothing to who reads them."""
         allowed = ", ".join(self.allowed) if self.allowed else "nothing"
         lines = [
             f"event {self.position + 1} of the run, `{self.event}`, is not allowed there: {self.why}",
@@ -54,7 +55,7 @@ class Departure:
         ]
         for i, state in enumerate(self.states):
             lines.append(f"  {'in the state' if i == 0 else '          or'} {state}")
-        return "\n".join(lines)
+        return "\n".join(map(harmless, lines))
 
 
 class TooManyStates(Exception):
@@ -147,6 +148,22 @@ class Follower:
         least = [offer for offer in found if not any(other < offer for other in found)]
         name = self.script.events.name
         return tuple(frozenset(map(name, offer)) for offer in sorted(least, key=sorted))
+
+    def automaton(self, most: int) -> list[dict[int, int]]:
+        """The whole: for each set of states what every event makes of it; the first is that of the beginning.
+
+        Raises:
+            TooManyStates: there are more than *most*.
+        """
+        number = 0
+        while number < len(self._sets):
+            if number >= most:
+                raise TooManyStates
+            for event in self._rows[number]:
+                if event not in self._table[number]:
+                    self._advance(number, event)
+            number += 1
+        return [dict(row) for row in self._table]
 
     # --- sets of states --------------------------------------------------------------------------------------
 

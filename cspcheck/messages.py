@@ -273,8 +273,8 @@ def no_assertion_there(place: str, assertions: Sequence[str]) -> Diagnostic:
     "unknown setting",
     explanation="""
 The table `[tool.cspcheck]` of `pyproject.toml` has a key that cspcheck does not know, so what it is meant to do would
-not be done. The keys are `format`, `timeout`, `max-memory`, `max-states`, `workers`, `full`, `typecheck`, `view`,
-`outputs`, `color`, `quiet`, `verbose` and the table `definitions`.
+not be done. The keys are `format`, `timeout`, `max-memory`, `max-states`, `workers`, `full`, `termination`,
+`typecheck`, `view`, `outputs`, `color`, `quiet`, `verbose` and the table `definitions`.
 """,
     example="""
 [tool.cspcheck]
@@ -361,6 +361,50 @@ alone. Other keys that matter: `hidden` (left out unless `--inside` is given), `
 def wrong_record(name: str, line: int, why: str) -> Diagnostic:
     """Line *line* of the run *name* is no record for the reason *why*."""
     return Diagnostic("CSP821", f"line {line} of `{name}` is no record of an event: {why}")
+
+
+@mistake(
+    "CSP824",
+    "a wrong pattern file",
+    explanation="""
+A pattern file says how the lines of a log become events: `format` is `"log"`, `"csv"` or `"json"`; each `[[event]]` has
+the text of an `event`, in which `{name}` stands for a field, and says which lines are meant: `match`, a regular
+expression for a line of a log, or `when`, regular expressions for fields. `[values]` renames values. Lines that nothing
+matches are no events.
+""",
+    example="""
+[[event]]
+match = "DRIVE (?P<source"
+event = "drive.{source}"
+""",
+    repair="""
+[[event]]
+match = "DRIVE (?P<source>[A-Z]+)"
+event = "drive.{source}"
+""",
+)
+def wrong_pattern(name: str, why: str) -> Diagnostic:
+    """The pattern file *name* is wrong for the reason *why*."""
+    return Diagnostic("CSP824", f"`{name}`: {why}", help="`cspcheck explain CSP824` shows how such a file looks")
+
+
+@mistake(
+    "CSP825",
+    "a process too large for a monitor",
+    explanation="""
+A monitor is a table: for each set of states that a process can be in after what was seen, what every event makes of it.
+It must be finite, and small enough for the place where it is to run.
+""",
+    example="cspcheck monitor big.csp --process SYSTEM --target c -o monitor",
+    repair="cspcheck monitor big.csp --process 'SYSTEM |\\ {| commands |}' --target c -o monitor",
+)
+def monitor_too_large(process: str, most: int) -> Diagnostic:
+    """The table of *process* has more than *most* rows."""
+    return Diagnostic(
+        "CSP825",
+        f"`{process}` has more than {most:,} states after what can be seen of it",
+        help="monitor a requirement instead, or a part of the events: `P |\\ {| c |}`; or raise `--max-states`",
+    )
 
 
 @mistake(

@@ -17,10 +17,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from _pytest._code.code import ReprFileLocation, TerminalRepr
 
 if TYPE_CHECKING:
+    from _pytest._io import TerminalWriter
+
     from cspcheck.api import Script
     from cspcheck.checking import GuardedChecker, Settings
+    from cspcheck.cli.interrupt import Interrupts
     from cspcheck.cspm import script
     from cspcheck.result import Result
 
@@ -143,6 +147,7 @@ def _settings(config: pytest.Config, script: Path | None = None) -> Settings:
             ),
             workers=_positive("--csp-workers", config.getoption("csp_workers")) or said.get("workers"),
             full=config.getoption("csp_full") or said.get("full", False),
+            termination=said.get("termination", "success"),
             definitions=definitions,
             typecheck=not config.getoption("csp_no_typecheck") and said.get("typecheck", True),
             view=config.getoption("csp_view") or said.get("view"),
@@ -166,11 +171,13 @@ class ScriptFile(pytest.File):
 
     _loaded: script.Script
     _checker: GuardedChecker | None = None
+    _interrupts: Interrupts
 
     def collect(self) -> Iterator[AssertionItem]:
         """One item for each assertion; a second one with the same text has its line in its name."""
         from cspcheck.checking import load
         from cspcheck.cspm.diagnostics import ScriptError
+        from cspcheck.report.style import harmless
 
         name = _shown(self.path)
         try:
@@ -183,7 +190,7 @@ class ScriptFile(pytest.File):
             self.warn(ScriptWarning(_render([warning], None)))
         names: set[str] = set()
         for assertion in self._loaded.assertions:
-            name = " ".join(assertion.text.split())
+            name = harmless(" ".join(assertion.text.split()))
             if name in names:
                 name = f"{name} (line {assertion.span.line})"
             names.add(name)
@@ -192,10 +199,16 @@ class ScriptFile(pytest.File):
     def check(self, assertion: script.Assertion) -> Result:
         """The answer to one of the assertions."""
         from cspcheck.checking import NoWatch, check, checker_for
+        from cspcheck.cli.interrupt import Interrupts
 
         if self._checker is None:
-            self._checker = checker_for(self._loaded, _settings(self.config, self.path), NoWatch())
-        return check(self._checker, assertion)
+            watch = NoWatch()
+            self._interrupts = Interrupts()
+            # A search tells now and then where it is: a chance to see that Ctrl-C was pressed.
+            watch.progress = lambda progress: self._interrupts.poll()  # type: ignore[method-assign]
+            self._checker = checker_for(self._loaded, _settings(self.config, self.path), watch)
+        with self._interrupts:
+            return check(self._checker, assertion)
 
 
 class AssertionItem(pytest.Item):
@@ -216,10 +229,12 @@ class AssertionItem(pytest.Item):
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
         """What the command line shows, also for a mistake of ours."""
         if isinstance(excinfo.value, NotAsExpected):
-            from cspcheck.report.full import explain
-            from cspcheck.report.style import Style
+            from cspcheck.report.full import explain, replay_lines
+            from cspcheck.report.style import Style, unobeyed
 
-            return explain(excinfo.value.result, Style(color=_has_color(self.config)))
+            result, look = excinfo.value.result, Style(color=_has_color(self.config))
+            text = "\n".join([explain(result, look), *(f"  {line}" for line in replay_lines(result, look))])
+            return _Told(unobeyed(text), excinfo.value)
         if isinstance(excinfo.value, Exception):
             return _internal(excinfo.value, f"checking `{self.name}`", self.config)
         return super().repr_failure(excinfo, style)
@@ -229,11 +244,28 @@ class AssertionItem(pytest.Item):
         return self.path, self._assertion.span.line - 1, f"{self.path.name}::{self.name}"
 
 
+class _Told(TerminalRepr):
+    """What is shown of a failure; pytest's line about it in the summary is the sentence alone."""
+
+    def __init__(self, text: str, error: NotAsExpected) -> None:
+        self._text = text
+        self.reprcrash = ReprFileLocation(error.result.file, error.result.line, str(error))
+
+    def __str__(self) -> str:
+        return self._text
+
+    def toterminal(self, tw: TerminalWriter) -> None:
+        """Write it."""
+        tw.line(self._text)
+
+
 class NotAsExpected(Exception):
     """An assertion whose verdict is not the one that the script expects."""
 
     def __init__(self, result: Result) -> None:
-        super().__init__(f"{result.assertion}: {result.verdict}")
+        from cspcheck.report.sentences import sentence
+
+        super().__init__(sentence(result) or f"{result.verdict}")
         self.result = result
 
 
@@ -255,9 +287,9 @@ def _has_color(config: pytest.Config) -> bool:
 
 def _render(diagnostics: Any, config: pytest.Config | None) -> str:
     from cspcheck.report.diagnostics import render_diagnostics
-    from cspcheck.report.style import Style
+    from cspcheck.report.style import Style, unobeyed
 
-    return render_diagnostics(diagnostics, Style(color=config is not None and _has_color(config))).rstrip()
+    return unobeyed(render_diagnostics(diagnostics, Style(color=config is not None and _has_color(config))).rstrip())
 
 
 def _internal(error: Exception, doing: str, config: pytest.Config) -> str:

@@ -20,7 +20,7 @@ INTERRUPTED = "interrupted"
 """The reason of an unknown verdict where the run was stopped before there was one."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Result:
     """The answer to one assertion of a script. True exactly when the verdict is ``pass``.
 
@@ -110,6 +110,25 @@ class Result:
     def remarks(self) -> tuple[str, ...]:
         """What is worth knowing and does not decide the verdict."""
         return self.outcome.remarks
+
+    def __repr__(self) -> str:
+        place = f"{self.file}:{self.line}: " if self.line else ""
+        return f"<cspcheck.Result {place}{self.assertion}: {self.verdict}>"
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the explanation, and a counterexample as a sequence chart."""
+        from html import escape
+
+        chart = self.chart()
+        return f"<pre>{escape(self.explain())}</pre>" + (chart or "")
+
+    def chart(self) -> str | None:
+        """The counterexample as a sequence chart, an SVG document; None where there is no run to be drawn."""
+        if self.counterexample is None or self.counterexample.kind == "obligation":
+            return None
+        from cspcheck.drawing import sequence
+
+        return sequence.render(self.assertion, self.counterexample)
 
     def explain(self) -> str:
         """What the command line shows for this assertion: verdict, counterexample, components. No colour."""
@@ -216,6 +235,7 @@ class Summary:
         verdicts: results by verdict; ``error`` also counts the scripts that could not be loaded.
         unexpected: results whose verdict is not the one that the script expects.
         seconds: wall time of the run.
+        errors: errors that were told, of which a script can have several.
         unreached: of the unknown ones, those that the run was interrupted before.
     """
 
@@ -223,6 +243,7 @@ class Summary:
     unexpected: int = 0
     seconds: float = 0.0
     unreached: int = 0
+    errors: int = 0
 
     @classmethod
     def empty(cls) -> Summary:

@@ -7,23 +7,23 @@ raises ``ScriptError`` with what is wrong; nothing else leaves this module for a
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError, Severity
 from cspcheck.cspm.evaluator import Evaluator
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.evaluator.recording import RecordingEvaluator
 from cspcheck.cspm.evaluator.units import Declarations
+from cspcheck.cspm.expectations import Expectations, Expected
 from cspcheck.cspm.naming import messages as name_messages
 from cspcheck.cspm.naming.resolve import Names, resolve, resolve_more
 from cspcheck.cspm.notation import Paragraphs, Semantics, extension
 from cspcheck.cspm.parsing.lexing_messages import nested_too_deeply
-from cspcheck.cspm.parsing.reading import parse, parse_alone, parse_assertion, parse_expression, read_source
+from cspcheck.cspm.parsing.reading import parse, parse_assertion, parse_expression, read_source
 from cspcheck.cspm.printing.printer import print_assertion
 from cspcheck.cspm.process.events import EventSet, EventTable
 from cspcheck.cspm.process.terms import Process
@@ -40,9 +40,6 @@ from cspcheck.cspm.values.values import Boolean, Map, Real, Sequence, deep
 
 if TYPE_CHECKING:
     from cspcheck.cspm.typing.inference import Types
-
-Expected: TypeAlias = Literal["pass", "fail", "unknown"]
-_EXPECT = re.compile(r"\bexpect:\s*(pass|fail|unknown)\b")
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,13 +119,14 @@ class Script:
         return Frame.outermost(unit), declarations, declarations.settle()
 
     def _own_assertions(self, declared: Declarations) -> Iterator[Assertion]:
-        announced = {self.source: _expectations(self.tree)}
+        announced = Expectations(self.tree, self.source)
+        self.warnings += tuple(announced.mistaken([declaration.span for declaration, _ in declared.assertions]))
         for declaration, frame in declared.assertions:
             node = declaration.assertion
             for part in _operands(node):
                 self._frames[id(part)] = frame
             span = declaration.span
-            yield Assertion(node, print_assertion(node), span, _expected(span, announced))
+            yield Assertion(node, print_assertion(node), span, announced.expected(span))
 
     @property
     def evaluator(self) -> Evaluator:
@@ -351,9 +349,8 @@ def outline(source: Source) -> tuple[Assertion, ...]:
         ScriptError: with every mistake in the form of the script.
     """
     found: list[Assertion] = []
-    announced: dict[Source, _Expectations] = {}
     tree = parse(source)
-    announced[source] = _expectations(tree)
+    announced = Expectations(tree, source)
 
     def collect(declarations: tuple[syntax.Declaration, ...]) -> None:
         for declaration in declarations:
@@ -361,7 +358,7 @@ def outline(source: Source) -> tuple[Assertion, ...]:
                 collect(declaration.declarations)
             elif isinstance(declaration, syntax.AssertDeclaration):
                 node, span = declaration.assertion, declaration.span
-                found.append(Assertion(node, print_assertion(node), span, _expected(span, announced)))
+                found.append(Assertion(node, print_assertion(node), span, announced.expected(span)))
 
     collect(tree.declarations)
     return tuple(found)
@@ -454,38 +451,3 @@ def _operands(node: syntax.Assertion) -> list[syntax.Expr]:
         case _:
             return []
     return [*found, *[option.events for option in node.options if option.events is not None]]
-
-
-_Expectations: TypeAlias = dict[tuple[int, bool], Expected]
-"""What the comments of a file announce, by line and whether other text stands there with them."""
-
-
-def _expected(span: Span, announced: dict[Source, _Expectations]) -> Expected | None:
-    """The verdict that is announced for an assertion; what a file announces is added to *announced* when needed."""
-    if span.source not in announced:
-        # The tree of an included file keeps its declarations alone: its comments are read anew, if it matters.
-        said = _EXPECT.search(span.source.text) is not None
-        announced[span.source] = _expectations(parse_alone(span.source)) if said else {}
-    here = announced[span.source]
-    lines = range(span.line, span.end_line + 1)
-    expected = next((here[line, True] for line in lines if (line, True) in here), None)
-    return expected or here.get((span.line - 1, False))
-
-
-def _expectations(tree: syntax.Script) -> _Expectations:
-    """The expected verdicts in a file's comments, by line and whether (True) or not other text stands there with them.
-
-    A comment that stands alone counts for its own line too: it may be inside an assertion of several lines.
-    """
-    found: _Expectations = {}
-    for comment in tree.comments:
-        match = _EXPECT.search(comment.text)
-        if match is None:
-            continue
-        expected: Any = match.group(1)
-        line = comment.span.line
-        before = comment.span.source.line_text(line)[: comment.span.column - 1]
-        found[line, True] = expected
-        if not before.strip():
-            found[comment.span.end_line, False] = expected
-    return found

@@ -7,6 +7,7 @@ another process lacks.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,10 +16,12 @@ from cspcheck.checker.checks.along import Along, Offers, along_original
 from cspcheck.checker.checks.context import Context, reached
 from cspcheck.checker.explain.behaviour import Behaviour, diverging, visible
 from cspcheck.checker.explain.replay import can_perform, can_refuse
+from cspcheck.checker.network.network import Network
 from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.search.paths import Step, shortest_path
 from cspcheck.checker.specification.normal_form import FailuresModel, Semantics
-from cspcheck.checker.verdict import Counterexample, Outcome, Verdict
+from cspcheck.checker.verdict import TERMINATES, Counterexample, Outcome, Verdict
+from cspcheck.cspm.process.events import TICK
 from cspcheck.cspm.process.terms import Process
 
 
@@ -35,7 +38,10 @@ def deadlock_free(context: Context, process: Process, model: FailuresModel) -> O
     levels = (exploration.deadlock_level, exploration.divergence_level if divergence_counts else None)
     level = min((level for level in levels if level is not None), default=None)
     if level is None:
-        return context.not_found(exploration, "deadlock or divergence" if divergence_counts else "deadlock")
+        found = context.not_found(exploration, "deadlock or divergence" if divergence_counts else "deadlock")
+        if found.verdict is not Verdict.PASS or not may_terminate(exploration.packed.network):
+            return found
+        return replace(found, remarks=(*found.remarks, TERMINATES))
     deadlocks = exploration.deadlocked(level)
     cycles = exploration.tau_cyclic(level) if divergence_counts else deadlocks[:0]
     goals = np.concatenate([deadlocks, cycles])
@@ -53,6 +59,13 @@ def deadlock_free(context: Context, process: Process, model: FailuresModel) -> O
     else:
         counterexample = diverging(process, shown, path, end, context.events)
     return context.budget.outcome(Verdict.FAIL, None, *context.covered(exploration, level), counterexample)
+
+
+def may_terminate(network: Network) -> bool:
+    """Whether a rule ends in a tick that all of its components can give some time; no search says that they do."""
+    ends = [rule for rule in network.rules if rule.result == TICK]
+    alphabets = {slot: set(network.slots[slot].lts.alphabet()) for rule in ends for slot, _ in rule.moves}
+    return any(all(label in alphabets[slot] for slot, label in rule.moves) for rule in ends)
 
 
 def divergence_free(context: Context, process: Process) -> Outcome:

@@ -10,9 +10,11 @@ from cspcheck.cspm.process.events import TAU, TICK, EventSet
 from cspcheck.cspm.process.terms import (
     AlphabetisedParallel,
     Compressed,
+    External,
     Hide,
     LinkedParallel,
     Parallel,
+    Prioritised,
     Process,
     Project,
     Reference,
@@ -126,6 +128,8 @@ class _Walk:
                 return {event: moves for event, moves in found.items() if event == TICK or event in process.events}
             case Rename():
                 return self._renamed(self.origins(process.process), process.pairs)
+            case Prioritised() | External(function="prioritisepo") if self._network.is_prioritised:
+                return self.origins(process.process)
         slot = next(self._next)
         self.slots = slot + 1
         if slot >= len(self._network.slots):

@@ -62,6 +62,12 @@ class Rules(NamedTuple):
     participant_rows: Int64Array
     row_offsets: Int64Array
     row_targets: Int64Array
+    raises: Int64Array
+    """For each rule of the network the bits that it raises where it can fire; empty if no rule yields to another."""
+    yields: Int64Array
+    """For each rule the bits that it yields to: it fires only where no rule that can fire raises one of them."""
+    urgent: Index
+    """The rules that raise a bit."""
 
 
 class Index(NamedTuple):

@@ -53,6 +53,45 @@ def admitted(
     return 1
 
 
+def is_ready(rules: Rules, product: int, words: int, states: Int64Array, base: int) -> bool:
+    """Whether a product fires in the row that begins at *base*."""
+    for w in range(words):
+        if states[base + w] & rules.guard_mask[product * words + w] != rules.guard_value[product * words + w]:
+            return False
+    for p in range(rules.participants[product], rules.participants[product + 1]):
+        local = (states[base + rules.participant_word[p]] >> rules.participant_shift[p]) & rules.participant_mask[p]
+        table_row = rules.participant_rows[p] + local
+        if rules.row_offsets[table_row] == rules.row_offsets[table_row + 1]:
+            return False
+    return True
+
+
+def raised(rules: Rules, words: int, states: Int64Array, base: int) -> int:
+    """The bits that the rules raise which can fire in the row that begins at *base*."""
+    urgent = rules.urgent
+    bits = 0
+    for home in range(len(urgent.word)):
+        k = urgent.base[home] + ((states[base + urgent.word[home]] >> urgent.shift[home]) & urgent.mask[home])
+        for entry in range(urgent.offsets[k], urgent.offsets[k + 1]):
+            item = urgent.items[entry]
+            if item < 0:
+                raising = rules.raises[rules.product_rule[-1 - item]]
+                if bits | raising != bits and is_ready(rules, -1 - item, words, states, base):
+                    bits |= raising
+                continue
+            raising = rules.raises[rules.rule[item]]
+            if bits | raising == bits:
+                continue
+            fires = True
+            for part in range(rules.parts[item], rules.parts[item + 1]):
+                if states[base + rules.word[part]] & rules.mask[part] != rules.value[part]:
+                    fires = False
+                    break
+            if fires:
+                bits |= raising
+    return bits
+
+
 def fire_product(
     product: int,
     rules: Rules,
@@ -148,16 +187,25 @@ def expand(
         The first row that was not expanded: *last*, or the one whose successors did not fit.
     """
     homes = len(index.word)
+    prioritised = len(rules.yields) > 0
     count = 0
     offsets[0] = 0
     for row in range(first, last):
         base = row * stride
         start = count
+        bits = -1  # what the rules raise that can fire here is found out when a rule asks
         for home in range(homes):
             k = index.base[home] + ((states[base + index.word[home]] >> index.shift[home]) & index.mask[home])
             for entry in range(index.offsets[k], index.offsets[k + 1]):
                 item = index.items[entry]
                 if item < 0:
+                    if prioritised:
+                        given_way = rules.yields[rules.product_rule[-1 - item]]
+                        if given_way != 0:
+                            if bits < 0:
+                                bits = raised(rules, words, states, base)
+                            if given_way & bits != 0:
+                                continue
                     count = fire_product(
                         -1 - item,
                         rules,
@@ -181,6 +229,13 @@ def expand(
                     state = states[base]
                     if state & rules.mask[item] != rules.value[item]:
                         continue
+                    if prioritised:
+                        given_way = rules.yields[rules.rule[item]]
+                        if given_way != 0:
+                            if bits < 0:
+                                bits = raised(rules, words, states, base)
+                            if given_way & bits != 0:
+                                continue
                     if count == capacity:
                         return row
                     targets[count * stride] = (state & rules.keep[item]) | rules.set[item]
@@ -192,6 +247,13 @@ def expand(
                             break
                     if not fires:
                         continue
+                    if prioritised:
+                        given_way = rules.yields[rules.rule[item]]
+                        if given_way != 0:
+                            if bits < 0:
+                                bits = raised(rules, words, states, base)
+                            if given_way & bits != 0:
+                                continue
                     if count == capacity:
                         return row
                     for w in range(words):
@@ -212,4 +274,4 @@ def expand(
     return last
 
 
-KERNELS = (is_repeated, admitted, fire_product, expand)
+KERNELS = (is_repeated, admitted, is_ready, raised, fire_product, expand)

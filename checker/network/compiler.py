@@ -1,6 +1,7 @@
 """From a process term to a network: parallel composition becomes rules, what is composed becomes components.
 
-Three ways, from fast to slow, all with the same states and transitions:
+A priority at the top is said of the rules (``cspcheck.checker.network.priority``). For the rest there are three ways,
+from fast to slow, all with the same states and transitions:
 
 1. Parallel, hiding and renaming at the top of the term become the rules of a network of one format, whose
    components are explored by themselves (``cspcheck.checker.network.skeleton``).
@@ -18,6 +19,7 @@ from cspcheck.checker.network.components import ALONE, Machines
 from cspcheck.checker.network.formats import Formats
 from cspcheck.checker.network.network import Network
 from cspcheck.checker.network.placement import network_of
+from cspcheck.checker.network.priority import at_the_top
 from cspcheck.checker.network.shapes import Ambiguous, Parts, Unsuited
 from cspcheck.checker.network.skeleton import (
     Component,
@@ -55,6 +57,7 @@ class Compiler:
         self.semantics = Semantics()
         self._slot_states = slot_states
         self._machines = Machines(self.semantics)
+        self._has_parts = Parts()
 
     def network(
         self,
@@ -80,11 +83,25 @@ class Compiler:
         self._machines.poll = poll
         self.semantics.state(process)
         try:
-            return self._network(process, most, compress)
+            return self._prioritised(process, most) or self._network(process, most, compress)
         except TooManyActions:
             return self._single(process, most)
         finally:
             self._machines.poll = None
+
+    def _prioritised(self, process: Process, most: int) -> Network | None:
+        """The network of a priority over a composition, with the rules of the composition; None if it is no such thing.
+
+        Compressions inside are looked through: most of them change what a priority sees.
+        """
+        priority = at_the_top(process)
+        if priority is None or not self._has_parts(self.semantics.state(priority.operand)):
+            return None
+        try:
+            return priority.over(self._network(priority.operand, most, look_through))
+        except (TooManyActions, LimitReached):
+            # Without the priority there may be no end to it.
+            return None
 
     def _network(self, process: Process, most: int, compress: Compress) -> Network:
         slot_states = min(self._slot_states, most)

@@ -33,13 +33,22 @@ class Interpretation:
     def successors(self, state: State) -> list[tuple[int, State, int]]:
         """(event, state after it, number of the rule) for each way in which a rule fires, in the order of the rules."""
         format, local = state
-        result = []
+        rules = self.network.rules
+        possible: list[tuple[int, list[Sequence[int]]]] = []
+        raised = 0
         for number in self._rules.get(format, ()):
-            rule = self.network.rules[number]
-            choices = [self._row(slot, local[slot]).get(label, ()) for slot, label in rule.moves]
-            for targets in product(*choices):
-                result.append((rule.result, _after(rule, format, local, targets), number))
-        return result
+            choices: list[Sequence[int]] = [
+                self._row(slot, local[slot]).get(label, ()) for slot, label in rules[number].moves
+            ]
+            if all(choices):
+                possible.append((number, choices))
+                raised |= rules[number].raises
+        return [
+            (rules[number].result, _after(rules[number], format, local, targets), number)
+            for number, choices in possible
+            if not rules[number].yields & raised
+            for targets in product(*choices)
+        ]
 
     def _row(self, slot: int, state: int) -> dict[int, list[int]]:
         row = self._rows.get((slot, state))

@@ -67,6 +67,8 @@ class Rule:
             ``tau (mid.0)``; equal to ``result`` where nothing was hidden. TAU for a component's own tau.
         format: the format in which the rule applies.
         switch: None when the format stays.
+        raises, yields: bits. Where some rule can fire that raises a bit, the rules that yield to this bit cannot: that
+            is how a priority is said of rules.
     """
 
     result: int
@@ -74,6 +76,8 @@ class Rule:
     cause: int
     format: int = 0
     switch: Switch | None = None
+    raises: int = 0
+    yields: int = 0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -99,6 +103,11 @@ class Network:
     terminated: bool = False
     first_private_label: int = 1 << 63
     private_labels: tuple[int, ...] = ()
+
+    @property
+    def is_prioritised(self) -> bool:
+        """Whether some rule gives way to others."""
+        return any(rule.yields for rule in self.rules)
 
     @property
     def is_compressed(self) -> bool:

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cspcheck.checker.arrays import BoolArray, Int32Array, Int64Array, UInt8Array
-from cspcheck.checker.kernels.arrays import WORD, Rules
+from cspcheck.checker.kernels.arrays import WORD, Index, Rules
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.network.network import Network, Switch
 from cspcheck.checker.packing.layout import Layout
@@ -48,7 +48,7 @@ class LocalTransitions:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class RuleGroup:
-    """Rules of one format with the same participants and the same switch.
+    """Rules of one format with the same participants, the same switch and the same priority.
 
     Attributes:
         format, switch, slots: what they have in common.
@@ -88,12 +88,13 @@ class RuleGroup:
 
 def group_rules(network: Network, local: Sequence[LocalTransitions], events: Int64Array) -> list[RuleGroup]:
     """The rules that can ever fire, by participants. *events* are the identifiers by dense number."""
-    members: dict[tuple[int, Switch | None, tuple[int, ...]], list[int]] = {}
+    # Of equal instances of a group one is kept, so what gives way to others is no group with what does not.
+    members: dict[tuple[int, Switch | None, tuple[int, ...], int, int], list[int]] = {}
     for number, rule in enumerate(network.rules):
-        key = (rule.format, rule.switch, tuple(slot for slot, _ in rule.moves))
+        key = (rule.format, rule.switch, tuple(slot for slot, _ in rule.moves), rule.raises, rule.yields)
         members.setdefault(key, []).append(number)
     groups: list[RuleGroup] = []
-    for (format, switch, slots), numbers in members.items():
+    for (format, switch, slots, _, _), numbers in members.items():
         labels = np.array([[label for _, label in network.rules[n].moves] for n in numbers], dtype=np.int64)
         labels = labels.reshape(len(numbers), len(slots))
         starts, ends, enabled = np.empty_like(labels), np.empty_like(labels), np.empty_like(labels)
@@ -303,7 +304,7 @@ class Products:
 
 
 def rules_in_arrays(layout: Layout, blocks: Sequence[Instances], products: Products, care: UInt8Array) -> Rules:
-    """Everything in the flat arrays that the kernels read; instances numbered block after block."""
+    """Everything in the flat arrays that the kernels read, priority apart; instances numbered block after block."""
     counts = [np.full(len(block.rows), len(block.words), dtype=np.int64) for block in blocks]
     lengths = _joined(counts)
 
@@ -333,6 +334,9 @@ def rules_in_arrays(layout: Layout, blocks: Sequence[Instances], products: Produ
         participant_rows=_int64(products.rows),
         row_offsets=np.concatenate([[0], np.cumsum(_joined(products.row_lengths))]).astype(np.int64),
         row_targets=_joined(products.row_targets),
+        raises=_int64([]),
+        yields=_int64([]),
+        urgent=Index(_int64([]), _int64([]), _int64([]), _int64([]), _int64([0]), _int32([])),
     )
 
 

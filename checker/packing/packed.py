@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product as cartesian
 
@@ -137,6 +137,8 @@ def pack(
         numbers: Int64Array = event[items] * (len(network.rules) + 1) + rule[items]
         return numbers
 
+    if network.is_prioritised:
+        rules = _with_priority(rules, network, listings, rule, order)
     return PackedNetwork(
         network,
         layout,
@@ -149,6 +151,18 @@ def pack(
         _terminated(layout, network),
         int(np.diff(rules.participants).max(initial=0)),
         causes,
+    )
+
+
+def _with_priority(
+    rules: Rules, network: Network, listings: Listings, rule: Int64Array, order: Callable[[Int64Array], Int64Array]
+) -> Rules:
+    """The arrays with what rules raise and yield to; *rule* tells the rule of an item."""
+    yields = np.array([each.yields for each in network.rules], dtype=np.int64)
+    asked = int(np.bitwise_or.reduce(yields))
+    raises = np.array([each.raises & asked for each in network.rules], dtype=np.int64)
+    return rules._replace(
+        raises=raises, yields=yields, urgent=listings.index(lambda items: raises[rule[items]] != 0, order)
     )
 
 

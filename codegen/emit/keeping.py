@@ -26,8 +26,10 @@ from cspcheck.codegen.emit.project import RUNTIME, Project
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
 
 LIST = ".cspcheck-gen.json"
-_PLAIN = re.compile(rf"(?:{RUNTIME}/)?\w[\w.-]*")
-"""The names that a generation gives: a file of the folder, or of the runtime in it."""
+FOLDERS = (RUNTIME, "posix")
+"""The folders in a program: of what it runs on."""
+_PLAIN = re.compile(rf"(?:(?:{'|'.join(FOLDERS)})/)?\w[\w.-]*")
+"""The names that a generation gives: a file of the folder, or of those in it."""
 
 
 @dataclass
@@ -66,7 +68,8 @@ def write(project: Project, folder: str | os.PathLike[str], *, force: bool = Fal
     for name in project.yours:
         if (place / name).exists():
             result.kept.append(name)
-            warning = _misfit(name, _text_of(place / name), project.interfaces[name])
+            interface = project.interfaces.get(name)  # where there is none, a compiler tells
+            warning = None if interface is None else _misfit(name, _text_of(place / name), interface)
             if warning is not None:
                 result.warnings.append(warning)
     place.mkdir(parents=True, exist_ok=True)
@@ -116,7 +119,7 @@ def _check_links(place: Path) -> None:
     Raises:
         ScriptError: the list, or the folder of the runtime, is a link.
     """
-    links = [name for name in (LIST, RUNTIME) if (place / name).is_symlink()]
+    links = [name for name in (LIST, *FOLDERS) if (place / name).is_symlink()]
     if links:
         raise ScriptError(messages.foreign_folder(str(place), [f"{name} (a link)" for name in links]))
 
@@ -191,6 +194,15 @@ def _replace(path: Path, text: str) -> None:
     except BaseException:
         os.unlink(new)
         raise
+
+
+def write_whole(path: str | os.PathLike[str], text: str) -> None:
+    """Write a file whole or not at all; a link of that name is replaced, not followed.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    _replace(Path(path), text)
 
 
 def _umask() -> int:

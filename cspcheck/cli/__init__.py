@@ -23,13 +23,16 @@ VERBS = {
     "fmt": "Print scripts in the standard layout, or rewrite them.",
     "latex": "Write classes as LaTeX, or LaTeX as text.",
     "probe": "Step through a process, or through a counterexample.",
+    "repl": "Evaluate and check at a prompt.",
     "explore": "Explore a script in the browser.",
     "graph": "Draw a machine, an architecture or a counterexample.",
     "cspm": "Write a script with classes as plain CSPm, for FDR.",
     "gen": "Generate a program of tasks and channels.",
     "trace": "Say whether a recorded run is a trace of a process.",
+    "monitor": "Generate a monitor that holds running code against a process.",
     "explain": "Say what an error code means, with an example and its repair.",
     "examples": "List, print or copy the examples that come with cspcheck.",
+    "schema": "Print the JSON Schema of an output for programs.",
     "lsp": "Serve an editor: diagnostics, navigation, checks (LSP).",
     "completion": "Print the completion script for a shell.",
 }
@@ -71,6 +74,8 @@ class FrontDoor(click.Group):
             position += 2 if args[position] in valued else 1
         if position < len(args) and args[position] in VERBS:
             return [args[position], *args[:position], *args[position + 1 :]]
+        if position < len(args):
+            _refuse_mistyped_verb(ctx, args[position])
         return ["check", *args] if args else args
 
     def _options_with_values(self, ctx: click.Context) -> set[str]:
@@ -115,6 +120,25 @@ class FrontDoor(click.Group):
         else:
             found.append(CompletionItem(incomplete, type="file"))
         return found
+
+
+def _refuse_mistyped_verb(ctx: click.Context, word: str) -> None:
+    """Stop where the first word is neither a verb nor anything like a file: it was meant as a verb.
+
+    As a missing file it would be told and passed over, and the long check of the others would begin.
+
+    Raises:
+        click.UsageError: with the verbs that look like it.
+    """
+    if ctx.resilient_parsing or not word.isalpha() or os.path.exists(word):
+        return
+    from difflib import get_close_matches
+
+    from cspcheck.cspm.spelling import suggestions
+
+    close = suggestions(word, VERBS) or get_close_matches(word, VERBS, n=1)
+    hint = f"did you mean {' or '.join(f'`{verb}`' for verb in close)}?" if close else "a script ends in `.csp`"
+    raise click.UsageError(f"`{word}` is neither a verb nor a file; {hint}", ctx)
 
 
 @click.group(

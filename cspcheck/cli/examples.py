@@ -12,6 +12,7 @@ from cspcheck.cli.streams import StandardOutput
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.spelling import suggestions
 from cspcheck.messages import unknown_example, would_overwrite
+from cspcheck.report.style import WIDTH, wrapped
 
 
 def _names(ctx: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
@@ -42,7 +43,8 @@ def command(names: tuple[str, ...], folder: Path | None) -> None:
     else:
         width = max(map(len, _examples(root)), default=0)
         for name in _examples(root):
-            say(f"{name:<{width}}  {_title(root / name)}".rstrip() + "\n")
+            for line in wrapped(_title(root / name), WIDTH, f"{name:<{width}}  ", " " * (width + 2)):
+                say(line + "\n")
 
 
 def specs() -> Path:
@@ -70,13 +72,25 @@ def _find(root: Path, name: str) -> Path:
 
 
 def _title(place: Path) -> str:
-    """The first line of comment of an example's main script: the one named like it, or else the first."""
+    """The first sentence of what an example says of itself: below the title of its page, or in its main script."""
+    page = place / "README.md"
+    if page.is_file():
+        paragraphs = page.read_text(encoding="utf-8").split("\n\n")
+        said = " ".join(paragraphs[1].split()) if len(paragraphs) > 1 else ""
+        return f"{said} ".partition(". ")[0].strip().removesuffix(".") + "."
     scripts = _scripts(place)
     main = next((script for script in scripts if script.stem == place.name), scripts[0])
+    said = ""
     for line in main.read_text(encoding="utf-8").splitlines():
-        if line.startswith(("--", "{-")):
-            return line.strip("{}- ")
-    return ""
+        if not line.startswith(("--", "{-")):
+            if said:
+                break
+            continue
+        said = f"{said} {line.strip('{}- ')}".strip()
+        sentence, stop, _ = f"{said} ".partition(". ")
+        if stop:
+            return sentence + "."
+    return said
 
 
 def _copy(root: Path, places: list[Path], folder: Path, say: Callable[[str], object]) -> None:

@@ -30,7 +30,7 @@ def command(files: tuple[str, ...], in_place: bool, check: bool, diff: bool, col
     from cspcheck.cspm.diagnostics import ScriptError
     from cspcheck.cspm.printing.formatter import format_source
     from cspcheck.report.diagnostics import render_diagnostics
-    from cspcheck.report.style import style_for
+    from cspcheck.report.style import harmless, style_for
     from cspcheck.result import Exit
     from cspcheck.selection import STDIN
 
@@ -44,7 +44,7 @@ def command(files: tuple[str, ...], in_place: bool, check: bool, diff: bool, col
             if diff:
                 say("".join(_difference(source.text, text, path)))
             if check and text != source.text:
-                remarks.write(f"would change {path if path != STDIN else STDIN_NAME}\n")
+                remarks.write(f"would change {harmless(path) if path != STDIN else STDIN_NAME}\n")
                 code = max(code, Exit.FAILED)
             if in_place and path != STDIN and not check and not diff:
                 original = Path(path).read_bytes()

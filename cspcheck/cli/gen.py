@@ -15,6 +15,13 @@ from cspcheck.cli.options import script_options
 @click.option("-o", "--output", required=True, metavar="FOLDER", help="Where the program goes.")
 @click.option("--process", metavar="NAME", help="The process to generate, if the script leaves a choice.")
 @click.option(
+    "--target",
+    type=click.Choice(["python", "freertos"]),
+    default="python",
+    show_default=True,
+    help="A Python package, or C for FreeRTOS.",
+)
+@click.option(
     "--internal-choice",
     type=click.Choice(["refuse", "policy"]),
     default="refuse",
@@ -25,17 +32,19 @@ from cspcheck.cli.options import script_options
 @script_options
 @click.option("--color", type=click.Choice(["auto", "always", "never"]), default="auto", help="Colour of messages.")
 def command(**options: Any) -> None:
-    """Generate a Python program of tasks and channels that runs as it is.
+    """Generate a program of tasks and channels, in Python or in C, that runs as it is.
 
     FILE is a script; what is composed in parallel in it becomes tasks. Generated files are written anew each time; the
-    files that end in `_methods.py` are yours and are written once. Exit code 1 says that one of these does not fit the
-    specification any more.
+    files that end in `_methods.py`, or `methods.c`, are yours and are written once. Exit code 1 says that one of these
+    does not fit the specification any more.
     """
     from cspcheck.checker.semantics.transitions import Semantics
     from cspcheck.checking import Settings, load
     from cspcheck.cli.streams import Remarks, StandardOutput
     from cspcheck.codegen.design.candidates import candidates
     from cspcheck.codegen.design.program import design
+    from cspcheck.codegen.design.system import system
+    from cspcheck.codegen.emit import freertos
     from cspcheck.codegen.emit.keeping import orphans, write
     from cspcheck.codegen.emit.project import project
     from cspcheck.codegen.messages import no_process
@@ -56,7 +65,10 @@ def command(**options: Any) -> None:
             if len(found) != 1:
                 raise ScriptError(no_process(found))
             (name,) = found
-        texts = project(design(script, name, options["internal_choice"], Semantics()), options["output"])
+        if options["target"] == "freertos":
+            texts = freertos.project(system(script, name, Semantics(), options["internal_choice"]), options["output"])
+        else:
+            texts = project(design(script, name, options["internal_choice"], Semantics()), options["output"])
         try:
             result = write(texts, options["output"], force=options["force"])
         except OSError as error:
@@ -72,5 +84,7 @@ def command(**options: Any) -> None:
         say(f"yours, not touched: {', '.join(sorted(result.kept))}\n")
     for left in orphans(texts, options["output"]):
         say(f"yours, and no task uses it any more: {left}\n")
-    say(f"run it with: python {options['output'].rstrip('/')}/main.py\n")
+    folder = options["output"].rstrip("/")
+    how = f"make -C {folder} host" if options["target"] == "freertos" else f"python {folder}/main.py"
+    say(f"run it with: {how}\n")
     finish(Exit.FAILED if result.warnings else Exit.OK)

@@ -124,6 +124,7 @@ def settings(options: Mapping[str, Any], overrides: Mapping[str, str]) -> Settin
         limits=limits(options["max_states"], options["timeout"], options["max_memory"]),
         workers=options["workers"],
         full=options["full"],
+        termination=options["termination"],
         definitions=overrides,
         typecheck=options["typecheck"],
         view=options["view"],
@@ -269,6 +270,13 @@ class_options = _all(
 """--view, --outputs."""
 
 limit_options = _all(
+    click.option(
+        "--termination",
+        type=click.Choice(["success", "deadlock"]),
+        default="success",
+        show_default=True,
+        help="What a process that has terminated is to `deadlock free`; FDR4 takes it for a deadlock.",
+    ),
     click.option(
         "--full/--no-full",
         default=False,

@@ -120,10 +120,12 @@ def _talk(commands: Commands, write: Any, style: Style) -> int:
 
 def _piped(write: Any) -> Iterator[str]:
     """The lines of standard input, each told before what comes of it, so that the output can be read by itself."""
+    from cspcheck.report.style import harmless
+
     for line in sys.stdin:
         if not line.strip():
             continue
-        write(f"\n{PROMPT}{line.strip()}\n")
+        write(f"\n{PROMPT}{harmless(line.strip())}\n")
         yield line
 
 

@@ -13,7 +13,7 @@ from cspcheck.quantities import count
 from cspcheck.report.diagnostics import render_diagnostics
 from cspcheck.report.probe import MOST_STEPS, show_point, show_term, show_trace
 from cspcheck.report.sentences import as_sentence, why
-from cspcheck.report.style import Style, wrapped
+from cspcheck.report.style import Style, harmless, wrapped
 from cspcheck.result import Result
 
 WALK = 10
@@ -109,9 +109,9 @@ class Commands:
             else:
                 self._actions[name](rest.strip())
         except _Refused as refused:
-            self._fail(str(refused))
+            self._fail(harmless(str(refused)))
         except NoSuchStep as error:
-            self._fail(str(error))
+            self._fail(harmless(str(error)))
         except ScriptError as error:
             self._fail(render_diagnostics(error.diagnostics, self._style).rstrip())
         return True

@@ -103,6 +103,7 @@ class Session:
             diagnostics = [d for d in diagnostics if d.severity is Severity.ERROR]
         if not diagnostics:
             return
+        self.summary.errors += sum(d.severity is Severity.ERROR for d in diagnostics)
         self._report.diagnostics(diagnostics)
         if not self._report.carries_diagnostics:
             self._remark(diagnostics)
@@ -213,6 +214,7 @@ class Session:
 
     def _take(self, result: Result, code: Exit) -> None:
         self.summary.add(result)
+        self.summary.errors += sum(d.severity is Severity.ERROR for d in result.diagnostics)
         self._codes.append(code)
         self._report.result(result)
         if result.diagnostics and not self._report.carries_diagnostics:

@@ -12,6 +12,7 @@ from typing import Protocol, Self, TextIO
 
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.messages import cannot_write
+from cspcheck.report.style import unobeyed
 
 
 class Output(Protocol):
@@ -116,7 +117,8 @@ class Remarks:
         self.stream = sys.stderr
 
     def write(self, text: str) -> None:
-        """Write some text at once, if it can be written."""
+        """Write some text at once, if it can be written; no line of it is one that a build server obeys."""
+        text = unobeyed(text)
         with contextlib.suppress(OSError, ValueError):
             self.stream.write(text)
             self.stream.flush()

@@ -22,7 +22,7 @@ from cspcheck.cli.options import (
     settings,
 )
 
-FORMATS = ("table", "json")
+FORMATS = ("table", "json", "csv")
 
 
 @click.command(cls=ConfiguredCommand, short_help="Check scripts for several values of their constants.")
@@ -53,7 +53,7 @@ def command(**options: Any) -> None:
     from cspcheck.messages import nothing_to_sweep
     from cspcheck.report.diagnostics import render_diagnostics
     from cspcheck.report.style import style_for
-    from cspcheck.report.sweep import Collected, document, table
+    from cspcheck.report.sweep import Collected, comma_separated, document, table
     from cspcheck.result import Exit, worst
     from cspcheck.selection import Pattern, targets
     from cspcheck.sweeping import Swept, combinations, parse_sweep, varying
@@ -99,6 +99,8 @@ def command(**options: Any) -> None:
                 break
         if options["form"] == "json":
             output.write(document(done, __version__, interrupted=codes[-1] is Exit.INTERRUPTED))
+        elif options["form"] == "csv":
+            output.write(comma_separated(done, names))
         else:
             output.write(table(done, names, style_for(output.stream, options["color"])))
     finish(worst(codes))

@@ -20,6 +20,7 @@ from cspcheck.cli.options import script_options
 @click.argument("file", type=click.Path())
 @click.argument("run", type=click.Path(allow_dash=True))
 @click.option("--process", required=True, metavar="NAME", help="The process that the run should be a trace of.")
+@click.option("--pattern", metavar="FILE", type=click.Path(), help="How lines of a log, a CSV or JSON become events.")
 @click.option("--inside", is_flag=True, help="Follow hidden events too: the process without its outermost hiding.")
 @click.option("--format", "form", type=click.Choice(["full", "json"]), default="full", help="Output form.")
 @script_options
@@ -27,15 +28,17 @@ from cspcheck.cli.options import script_options
 def command(**options: Any) -> None:
     """Say whether a recorded run is a trace of a process, and if not, where and why it leaves it.
 
-    FILE is a script, RUN a file with a line of JSON for each event (or `-`), as generated programs record it.
+    FILE is a script, RUN a file with a line of JSON for each event (or `-`), as generated programs record it; with
+    --pattern it is any log, a CSV or lines of other JSON.
     """
     from cspcheck.checking import Settings, load
     from cspcheck.cli.streams import Remarks, StandardOutput
     from cspcheck.cspm.diagnostics import ScriptError
     from cspcheck.following import Follower, TooManyStates
     from cspcheck.messages import cannot_read, too_many_at_a_time
+    from cspcheck.patterns import read_pattern
     from cspcheck.report.diagnostics import render_diagnostics
-    from cspcheck.report.style import style_for
+    from cspcheck.report.style import harmless, style_for, unobeyed
     from cspcheck.result import Exit
     from cspcheck.runs import follow, read_records
 
@@ -50,7 +53,9 @@ def command(**options: Any) -> None:
             follower = Follower(script, script.process(process), hidden=options["inside"])
             # Not by waiting for ever: what is neither a file nor a pipe that somebody has opened is refused.
             with sys.stdin.buffer if name == "-" else _file(name) as lines:
-                verdict = follow(follower, read_records(_texts(lines), name))
+                pattern, texts = options["pattern"], _texts(lines)
+                records = read_records(texts, name) if pattern is None else read_pattern(pattern).records(texts, name)
+                verdict = follow(follower, records)
         except OSError as error:
             raise ScriptError(cannot_read(name, error.strerror or str(error))) from None
         except UnicodeDecodeError as error:
@@ -84,13 +89,13 @@ def command(**options: Any) -> None:
         if departure is None:
             unseen = verdict.events - verdict.followed
             hidden = f", {unseen:,} of them hidden" if unseen else ""
-            say(f"{name} is a trace of `{process}`: {verdict.events:,} events{hidden}, {seconds:.2f} s\n")
+            say(f"{harmless(name)} is a trace of `{process}`: {verdict.events:,} events{hidden}, {seconds:.2f} s\n")
         else:
-            say(f"{name} leaves `{process}` in line {verdict.line}\n{departure.explain()}\n")
+            say(unobeyed(f"{harmless(name)} leaves `{process}` in line {verdict.line}\n{departure.explain()}\n"))
             record = verdict.record
             if record is not None and record.tasks:
                 at = "" if record.time is None else f" at {record.time:g} s"
-                say(f"  performed by {', '.join(record.tasks)}{at}\n")
+                say(f"  performed by {harmless(', '.join(record.tasks))}{at}\n")
     finish(Exit.OK if departure is None else Exit.FAILED)
 
 

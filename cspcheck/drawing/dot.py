@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from cspcheck.drawing.picture import Node, Picture, folded
+from cspcheck.report.style import harmless_lines
 
 _NODE_STYLE = {
     "state": "shape=circle",
@@ -31,4 +32,5 @@ def _style(node: Node) -> str:
 
 
 def _quoted(text: str) -> str:
+    text = "\n".join(harmless_lines(text))
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'

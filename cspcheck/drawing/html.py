@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from html import escape
+from cspcheck.drawing.text import escape
 
 VIEW_STYLE = """
 .view { position: relative; overflow: hidden; width: 100%; height: 100%; background: #ffffff; outline: none; }

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from html import escape
 from itertools import zip_longest
 
 from cspcheck.checker.verdict import Counterexample
 from cspcheck.drawing.svg import BASELINE, LINE_HEIGHT, document, text_width
+from cspcheck.drawing.text import escape
 from cspcheck.report.steps import step_text
 
 ROW = 30.0

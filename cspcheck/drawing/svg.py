@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from html import escape
 
 from cspcheck.drawing.layout import Route, Size, layered
 from cspcheck.drawing.picture import Edge, Node, Picture, folded
 from cspcheck.drawing.pieces import in_pieces
+from cspcheck.drawing.text import escape
 
 CHARACTER_WIDTH = 7.0
 LINE_HEIGHT = 15.0

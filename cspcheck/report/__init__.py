@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from cspcheck.report.style import Style
     from cspcheck.result import Result, Summary
 
-Format = Literal["full", "concise", "json", "jsonl", "junit", "github", "html"]
+Format = Literal["full", "concise", "json", "jsonl", "junit", "github", "sarif", "html"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 
 
@@ -39,16 +39,23 @@ class Report(Protocol):
         """Nothing follows."""
 
 
+def _unobeyed(write: Callable[[str], object]) -> Callable[[str], object]:
+    """Writes the same, without lines that a build server would obey."""
+    from cspcheck.report.style import unobeyed
+
+    return lambda text: write(unobeyed(text))
+
+
 def scripts_report(form: Format, write: Callable[[str], object], style: Style, verbosity: int = 0) -> Report:
     """The renderer of a format for a run that loads scripts and checks nothing."""
     if form == "full":
         from cspcheck.report.scripts import ScriptsReport
 
-        return ScriptsReport(write, style, verbosity)
+        return ScriptsReport(_unobeyed(write), style, verbosity)
     if form == "concise":
         from cspcheck.report.scripts import ConciseScriptsReport
 
-        return ConciseScriptsReport(write)
+        return ConciseScriptsReport(_unobeyed(write))
     return report(form, write, style, verbosity)
 
 
@@ -58,11 +65,11 @@ def report(form: Format, write: Callable[[str], object], style: Style, verbosity
         case "full":
             from cspcheck.report.full import FullReport
 
-            return FullReport(write, style, verbosity)
+            return FullReport(_unobeyed(write), style, verbosity)
         case "concise":
             from cspcheck.report.concise import ConciseReport
 
-            return ConciseReport(write, verbosity)
+            return ConciseReport(_unobeyed(write), verbosity)
         case "json":
             from cspcheck import __version__
             from cspcheck.report.json import JsonReport
@@ -75,7 +82,7 @@ def report(form: Format, write: Callable[[str], object], style: Style, verbosity
         case "junit":
             from cspcheck.report.junit import JunitReport
 
-            return JunitReport(write)
+            return JunitReport(_unobeyed(write))
         case "html":
             from cspcheck import __version__
             from cspcheck.report.html import HtmlReport
@@ -85,3 +92,8 @@ def report(form: Format, write: Callable[[str], object], style: Style, verbosity
             from cspcheck.report.github import GithubReport
 
             return GithubReport(write)
+        case "sarif":
+            from cspcheck import __version__
+            from cspcheck.report.sarif import SarifReport
+
+            return SarifReport(write, __version__)

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from cspcheck.cspm.diagnostics import Diagnostic, Severity
 from cspcheck.report.excerpt import Mark, excerpt
-from cspcheck.report.style import Style, harmless
+from cspcheck.report.style import Style, harmless, harmless_lines
 
 
 def render_diagnostic(diagnostic: Diagnostic, style: Style) -> str:
@@ -27,7 +27,7 @@ def render_diagnostic(diagnostic: Diagnostic, style: Style) -> str:
     if further and marks:
         rows.append(" " * gutter + " " + style.paint("|", "bold", "blue"))
     for word, text in further:
-        first, *more = harmless(text).splitlines() or [""]
+        first, *more = harmless_lines(text)
         edge = " " * gutter + " " + style.paint("=", "bold", "blue") + " "
         rows.append(edge + style.paint(word, "bold") + f": {first}")
         rows.extend(" " * (gutter + 9) + line for line in more)
@@ -45,5 +45,4 @@ def concise_diagnostic(diagnostic: Diagnostic) -> str:
     if diagnostic.span is not None:
         span = diagnostic.span
         place = f"{span.source.name}:{span.line}:{span.column}: "
-    message = " ".join(f"{place}{diagnostic.severity}[{diagnostic.code}]: {diagnostic.message}".split())
-    return harmless(message)
+    return " ".join(harmless(f"{place}{diagnostic.severity}[{diagnostic.code}]: {diagnostic.message}").split())

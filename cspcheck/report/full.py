@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 
@@ -117,7 +118,19 @@ def _below(result: Result, style: Style, verbosity: int) -> list[str]:
         return [*condition, *remarks]
     detail: Detail = "whole" if verbosity > 0 else "sentence" if result.as_expected else "folded"
     lines = explained(result, style, detail, "-v shows them")
-    return [*condition, *lines, *([""] if lines and remarks else []), *remarks]
+    again = replay_lines(result, style)
+    return [*condition, *lines, *([""] if lines and remarks else []), *remarks, *again]
+
+
+def replay_lines(result: Result, style: Style) -> list[str]:
+    """How to step through the counterexample, for a failure of a script in a file that has one."""
+    counterexample = result.counterexample
+    if result.as_expected or not result.line or counterexample is None or counterexample.run is None:
+        return []
+    if result.file.startswith("<"):
+        return []
+    place = shlex.quote(harmless(result.file))
+    return ["", style.paint(f"step through it: cspcheck probe --at {place}:{result.line}", "dim")]
 
 
 def condition_lines(result: Result) -> list[str]:
@@ -141,7 +154,10 @@ def explained(result: Result, style: Style, detail: Detail = "folded", hint: str
 def summary_line(summary: Summary, style: Style, *, interrupted: bool = False) -> str:
     """``3 assertions: 2 pass, 1 fail (expected), in 1.20 s``."""
     reached = summary.verdicts | {"unknown": summary.verdicts["unknown"] - summary.unreached}
-    parts = [style.paint(f"{number:,} {verdict}", _COLORS[verdict]) for verdict, number in reached.items() if number]
+    words = {verdict: f"{number:,} {verdict}" for verdict, number in reached.items() if number}
+    if summary.verdicts["error"]:
+        words["error"] = count(max(summary.errors, summary.verdicts["error"]), "error")
+    parts = [style.paint(text, _COLORS[verdict]) for verdict, text in words.items()]
     text = ", ".join(parts) or "nothing was checked"
     if interrupted:
         text = style.paint("interrupted", "bold", "yellow") + f"; until then: {text}"

@@ -15,7 +15,7 @@ from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.quantities import count
 from cspcheck.report.excerpt import last_line
 from cspcheck.report.explanation import explanation
-from cspcheck.report.style import PLAIN, harmless
+from cspcheck.report.style import PLAIN, harmless, harmless_lines
 from cspcheck.result import Result, Summary
 
 
@@ -26,20 +26,25 @@ class GithubReport:
 
     def __init__(self, write: Callable[[str], object]) -> None:
         self._write = write
+        self._told: set[tuple[object, ...]] = set()
 
     def script(self, name: str, printed: Sequence[str] = ()) -> None:
         """Nothing: each annotation names its file."""
 
     def diagnostics(self, diagnostics: Iterable[Diagnostic]) -> None:
-        """Errors and warnings of a script."""
+        """Errors and warnings of a script; those of an included file once, not for each that includes it."""
         for diagnostic in diagnostics:
             place: dict[str, object] = {}
             span = diagnostic.span
+            key = (diagnostic.code, diagnostic.message, span and (span.source.name, span.start, span.end))
+            if key in self._told:
+                continue
+            self._told.add(key)
             if span is not None:
                 place = {"file": span.source.name, "line": span.line, "endLine": last_line(span)}
                 if span.line == span.end_line:
                     place |= {"col": span.column, "endColumn": max(span.end_column - 1, span.column)}
-            text = diagnostic.message + (f"\nhelp: {diagnostic.help}" if diagnostic.help else "")
+            text = harmless(diagnostic.message) + (f"\nhelp: {diagnostic.help}" if diagnostic.help else "")
             self._annotate(diagnostic.severity.value, place | {"title": diagnostic.code}, text)
 
     def result(self, result: Result) -> None:
@@ -49,7 +54,7 @@ class GithubReport:
             return
         place: dict[str, object] = {"file": result.file, "line": result.line} if result.line else {}
         level = "warning" if result.verdict is Verdict.UNKNOWN else "error"
-        text = "\n".join([" ".join(result.assertion.split()), *explanation(result, PLAIN)])
+        text = "\n".join([harmless(" ".join(result.assertion.split())), *explanation(result, PLAIN)])
         self._annotate(level, place | {"title": f"assertion: {result.verdict}"}, text)
 
     def unreached(self, results: Sequence[Result]) -> None:
@@ -65,8 +70,8 @@ class GithubReport:
         self._write(f"cspcheck: {'interrupted; ' if interrupted else ''}{counts}\n")
 
     def _annotate(self, level: str, properties: dict[str, object], text: str) -> None:
-        listed = ",".join(f"{name}={_property(str(value))}" for name, value in properties.items())
-        self._write(f"::{level} {listed}::{_data(harmless(text))}\n")
+        listed = ",".join(f"{name}={_property(harmless(str(value)))}" for name, value in properties.items())
+        self._write(f"::{level} {listed}::{_data(chr(10).join(harmless_lines(text)))}\n")
 
 
 def _data(text: str) -> str:

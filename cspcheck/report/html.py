@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import html
 import time
 from collections.abc import Callable, Iterable, Sequence
-from html import escape
 
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.quantities import count, show_seconds
@@ -12,7 +12,7 @@ from cspcheck.report.diagnostics import render_diagnostic
 from cspcheck.report.explanation import explanation
 from cspcheck.report.full import condition_lines, summary_line
 from cspcheck.report.sentences import sentence
-from cspcheck.report.style import PLAIN, harmless
+from cspcheck.report.style import PLAIN, harmless, harmless_lines
 from cspcheck.result import Result, Summary
 
 _NUMBER = ' class="number"'
@@ -38,6 +38,11 @@ figure svg { max-width: 100%; height: auto; }
 .interrupted { background: #fff7e0; border: 1px solid #d9ad57; border-radius: 5px; padding: .5rem .8rem; }
 @media print { details > * { display: block; } }
 """
+
+
+def escape(text: str) -> str:
+    """Text in lines of ours as the content of an element: no markup, and nothing that steers who reads it."""
+    return html.escape("\n".join(harmless_lines(text)))
 
 
 class HtmlReport:
@@ -95,7 +100,7 @@ class HtmlReport:
     def _script(self, name: str, results: Sequence[Result]) -> list[str]:
         parts = [f"<h2>{escape(harmless(name))}</h2>"]
         if self._printed.get(name):
-            parts.append(f"<pre>{escape(harmless(chr(10).join(self._printed[name])))}</pre>")
+            parts.append(f"<pre>{escape(chr(10).join(map(harmless, self._printed[name])))}</pre>")
         heads = ("", "assertion", "line", "states", "transitions", "time")
         parts.append(
             "<table><tr>"

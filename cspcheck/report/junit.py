@@ -17,7 +17,7 @@ from cspcheck.cspm.diagnostics import Diagnostic, Severity
 from cspcheck.report.diagnostics import render_diagnostic
 from cspcheck.report.explanation import explanation
 from cspcheck.report.sentences import sentence
-from cspcheck.report.style import PLAIN
+from cspcheck.report.style import PLAIN, harmless, harmless_lines
 from cspcheck.result import Result, Summary
 
 
@@ -68,7 +68,7 @@ class JunitReport:
             suite = self._suite(diagnostic.span.source.name if diagnostic.span else "cspcheck")
             text = render_diagnostic(diagnostic, PLAIN)
             if diagnostic.severity is Severity.WARNING:
-                suite.errors.append(text)
+                suite.errors.extend(text.split("\n"))
             else:
                 name = f"{diagnostic.code} in line {diagnostic.span.line}" if diagnostic.span else diagnostic.code
                 suite.cases.append(_Case(name, 0.0, "error", diagnostic.code, diagnostic.message, text))
@@ -80,7 +80,7 @@ class JunitReport:
             case.element = "failure" if result.verdict in (Verdict.FAIL, Verdict.PASS) else "error"
             case.type = result.verdict.value
             case.message = sentence(result)
-            place = f"{result.file}:{result.line}"
+            place = f"{harmless(result.file)}:{result.line}"
             case.text = "\n".join([place, *explanation(result, PLAIN)])
             case.text += "".join(f"\n\n{render_diagnostic(diagnostic, PLAIN)}" for diagnostic in result.diagnostics)
         self._suite(result.file).cases.append(case)
@@ -136,12 +136,12 @@ _NOT_IN_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]
 
 
 def _text(text: str) -> str:
-    return escape(_NOT_IN_XML.sub("�", text))
+    return escape(_NOT_IN_XML.sub("�", "\n".join(harmless_lines(text))))
 
 
 def _attributes(values: dict[str, str]) -> str:
-    return "".join(f" {name}={quoteattr(_NOT_IN_XML.sub('�', value))}" for name, value in values.items())
+    return "".join(f" {name}={quoteattr(_NOT_IN_XML.sub('�', harmless(value)))}" for name, value in values.items())
 
 
 def _lines(rows: Sequence[str]) -> str:
-    return "".join(row + "\n" for row in rows)
+    return "".join(harmless(row) + "\n" for row in rows)

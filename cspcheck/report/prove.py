@@ -10,7 +10,7 @@ from cspcheck.checker.verdict import BrokenObligation
 from cspcheck.quantities import count, show_seconds
 from cspcheck.report.obligation import obligation_lines, value_lines
 from cspcheck.report.sentences import as_sentence
-from cspcheck.report.style import PLAIN, Style, columns, harmless, pad, wrapped
+from cspcheck.report.style import PLAIN, Style, columns, harmless, pad, unobeyed, wrapped
 from cspcheck.result import Exit
 
 if TYPE_CHECKING:
@@ -154,7 +154,7 @@ class FullListing:
     def _row(self, looks: str, finding: Finding, detail: str, seconds: float) -> None:
         unicode_, ascii_, color = _LOOKS[looks]
         mark = self._style.paint(unicode_ if self._style.unicode else ascii_, "bold", color)
-        place = " ".join(part for part in (finding.operation or "", harmless(detail)) if part)
+        place = " ".join(part for part in (harmless(finding.operation or ""), harmless(detail)) if part)
         took = self._style.paint(show_seconds(seconds), "dim") if seconds >= _SLOW else ""
         row = f"  {mark} {pad(finding.obligation, _OBLIGATION_WIDTH)} {place}"
         self._line(f"{row}  {took}".rstrip())
@@ -164,7 +164,7 @@ class FullListing:
             self._line(f"      {line}".rstrip())
 
     def _line(self, text: str) -> None:
-        self._write(text + "\n")
+        self._write(unobeyed(text) + "\n")
         self._begun = True
 
     def _summary(self) -> str:

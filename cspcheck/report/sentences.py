@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cspcheck.checker.verdict import Counterexample, Verdict
+from cspcheck.checker.verdict import TERMINATION_COUNTS, Counterexample, Verdict
 from cspcheck.quantities import count
 from cspcheck.result import Result
 
@@ -46,7 +46,8 @@ def _misbehaviour(result: Result, counterexample: Counterexample) -> str:
     after = _after(counterexample)
     match counterexample.kind:
         case "deadlock":
-            return f"{process} deadlocks {after}: nothing can happen, and it has not terminated"
+            unless = "" if TERMINATION_COUNTS in result.remarks else ", and it has not terminated"
+            return f"{process} deadlocks {after}: nothing can happen{unless}"
         case "divergence":
             known = "" if result.specification is None else f", and {specification} does not"
             return f"{process} diverges {after}: it can go on for ever without a visible event{known}"
@@ -135,7 +136,9 @@ def _refusal(counterexample: Counterexample, process: str, specification: str, a
     parts = []
     if offered is not None and is_short(offered):
         parts.append(f"it offers only {some(offered)}" if offered else "it offers nothing")
-    if allowed is not None and are_few(allowed):
+    if allowed is not None and not any(allowed):
+        parts.append(f"{specification} is never stable there, so that it may refuse nothing")
+    elif allowed is not None and are_few(allowed):
         parts.append(f"{specification} must offer {' or all of '.join(map(some, allowed))}")
     elif allowed is not None:
         parts.append(

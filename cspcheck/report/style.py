@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, TextIO
@@ -45,13 +46,12 @@ class Style:
         """*text* cut to at most *width* columns, with an ellipsis where something is missing."""
         if columns(text) <= width:
             return text
-        kept = ""
         room = max(width - len(self.ellipsis), 0)
-        for character in text:
-            if columns(kept + character) > room:
-                break
-            kept += character
-        return kept + self.ellipsis
+        for i, character in enumerate(text):
+            room -= columns(character)
+            if room < 0:
+                return text[:i] + self.ellipsis
+        return text + self.ellipsis
 
 
 PLAIN = Style()
@@ -120,17 +120,32 @@ def pad(text: str, width: int) -> str:
 
 _CONTROL = {
     **dict.fromkeys((*range(0x20), *range(0x7F, 0xA0), *range(0x202A, 0x202F), *range(0x2066, 0x206A)), "�"),
-    0x0A: "\n",
+    **dict.fromkeys((0x0A, 0x0D, 0x85, 0x2028, 0x2029), "␤"),
     0x09: "\t",
 }
+_COMMAND = re.compile(r"^((?:[^\S\n]|\x1b\[[0-9;]*[mK])*)(?=::|##\[)", re.MULTILINE)
+"""What a build server takes for a command to itself: ``::error::`` and ``##[error]`` at the beginning of a line."""
 
 
 def harmless(text: str) -> str:
-    """*text* from a script without the characters that would steer a terminal or reorder what is read.
+    """*text* from a script, a file name or a recorded run as one line that does nothing to who reads it.
 
-    Control characters and the bidirectional overrides become U+FFFD; tabs and line breaks stay.
+    Control characters and the bidirectional overrides, which would steer a terminal or reorder what is read, become
+    U+FFFD, and line breaks a sign; tabs stay.
     """
     return text.translate(_CONTROL)
+
+
+def harmless_lines(text: str) -> list[str]:
+    """The lines of a text that we have written in several, each made :func:`harmless`."""
+    return [harmless(line) for line in text.split("\n")]
+
+
+def unobeyed(text: str) -> str:
+    """Whole lines of output, without any that a build server would obey: those get a backslash in front."""
+    if "::" not in text and "##[" not in text:
+        return text
+    return _COMMAND.sub(r"\1\\", text)
 
 
 def wrapped(text: str, width: int, first: str = "", rest: str = "") -> list[str]:

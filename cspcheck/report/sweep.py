@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 from collections.abc import Iterable, Sequence
 
@@ -9,7 +11,7 @@ from cspcheck.checker.verdict import Verdict
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.quantities import show_seconds
 from cspcheck.report.json import SCHEMA, diagnostic_object, result_object
-from cspcheck.report.style import Style, columns, harmless, pad
+from cspcheck.report.style import Style, columns, harmless, pad, unobeyed
 from cspcheck.result import Result, Summary
 from cspcheck.sweeping import Swept
 
@@ -60,7 +62,7 @@ def table(sweep: Sequence[Swept], names: Sequence[str], style: Style) -> str:
             file = key[0]
             parts.append(style.paint(harmless(file), "bold"))
         parts.append("\n".join(_one(key, sweep, names, style)))
-    return "\n\n".join(parts) + "\n" if parts else ""
+    return unobeyed("\n\n".join(parts) + "\n") if parts else ""
 
 
 def _key(result: Result) -> Key:
@@ -68,7 +70,7 @@ def _key(result: Result) -> Key:
 
 
 def _one(key: Key, sweep: Sequence[Swept], names: Sequence[str], style: Style) -> Iterable[str]:
-    heads = [*names, "", "verdict", "states", "transitions", "time"]
+    heads = [*map(harmless, names), "", "verdict", "states", "transitions", "time"]
     rows: list[list[str]] = []
     reasons: list[str] = []
     looks: list[str] = []
@@ -125,6 +127,45 @@ def _mark(result: Result, style: Style) -> str:
     marks = {"pass": "✓", "fail": "✗", "unknown": "?", "error": "!"}
     plain = {"pass": "+", "fail": "x", "unknown": "?", "error": "!"}
     return (marks if style.unicode else plain)[_look(result)]
+
+
+_COLUMNS = ("file", "line", "assertion", "verdict", "expected", "states", "transitions", "seconds", "reason")
+
+
+def comma_separated(sweep: Sequence[Swept], names: Sequence[str]) -> str:
+    """A line for each assertion and combination of values, with the values of *names* in front (RFC 4180).
+
+    What a spreadsheet would take for a formula has a quote in front.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text)
+    writer.writerow([*map(_cell_text, names), *_COLUMNS])
+    for swept in sweep:
+        for result in swept.results:
+            writer.writerow(
+                [
+                    *[_cell_text(swept.definitions[name]) for name in names],
+                    _cell_text(result.file),
+                    result.line,
+                    _cell_text(" ".join(result.assertion.split())),
+                    result.verdict.value,
+                    result.expected.value,
+                    result.states,
+                    result.transitions,
+                    f"{result.seconds:.6f}",
+                    _cell_text(result.reason or ""),
+                ]
+            )
+    return text.getvalue()
+
+
+def _cell_text(text: str) -> str:
+    text = harmless(text)
+    return f"'{text}" if text.startswith(("=", "+", "@", "\t")) or (text[:1] == "-" and not _is_number(text)) else text
+
+
+def _is_number(text: str) -> bool:
+    return text.removeprefix("-").isdecimal()
 
 
 def document(sweep: Sequence[Swept], version: str, *, interrupted: bool = False) -> str:

@@ -28,6 +28,7 @@ from typing import Final, Literal
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.notation import extension
 from cspcheck.cspm.parsing import lexing_messages as lexing
+from cspcheck.cspm.parsing.habit_messages import markdown
 from cspcheck.cspm.source import Source, Span
 from cspcheck.cspm.spelling import suggestions
 
@@ -483,5 +484,10 @@ def _bad_character(tokens: Tokens, begin: int) -> int:
             return end
         tokens.errors.append(lexing.malformed_character(source.span(begin, begin + 1)))
         return begin + 1
+    if source.text.startswith("```", begin):
+        fence = markdown(source.span(begin, begin + 3))
+        if fence.code not in [error.code for error in tokens.errors]:
+            tokens.errors.append(fence)
+        return begin + 3
     tokens.errors.append(lexing.unknown_character(source.span(begin, begin + 1)))
     return begin + 1

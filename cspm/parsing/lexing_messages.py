@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from cspcheck.cspm.diagnostics import Diagnostic, Severity, mistake
@@ -72,6 +73,15 @@ def rich_text(name: str) -> Diagnostic:
 def binary_file(name: str) -> Diagnostic:
     """The file holds NUL bytes."""
     return Diagnostic("CSP003", f"`{name}` is not a text file", help="scripts are plain text; save this one as UTF-8")
+
+
+def utf_16(name: str) -> Diagnostic:
+    """The file is text in UTF-16, as PowerShell's `>` writes it."""
+    return Diagnostic(
+        "CSP003",
+        f"`{name}` is text in UTF-16, not UTF-8",
+        help="save it as UTF-8; in PowerShell: `... | Out-File -Encoding utf8 FILE`",
+    )
 
 
 @mistake(
@@ -158,6 +168,9 @@ _LOOKALIKES = {
 }
 
 
+_ARROW = re.compile(r"[ \t]*>")
+
+
 @mistake(
     "CSP004",
     "a character that CSPm does not know",
@@ -172,6 +185,8 @@ def unknown_character(span: Span) -> Diagnostic:
     character = span.text
     shown = character if character.isprintable() else f"U+{ord(character):04X}"
     meant = _LOOKALIKES.get(character)
+    if character in "\u2013\u2014\u2212" and _ARROW.match(span.source.text, span.end):
+        meant = "`->` (a word processor has made a dash of the `-`)"
     return Diagnostic(
         "CSP004", f"unknown character `{shown}`", span, help=None if meant is None else f"write {meant.strip()}"
     )
@@ -245,6 +260,20 @@ def name_begins_with_underscore(span: Span) -> Diagnostic:
 
 
 # --- words that stand in square brackets of an assertion -----------------------------------------------------
+
+
+@mistake(
+    "CSP016",
+    "a comment that announces no verdict",
+    explanation="A comment `-- expect: fail` beside an assertion, or alone on the line above it, says which verdict "
+    "the script expects: `pass`, `fail` or `unknown`. This one looks like it, and counts for nothing.",
+    example="-- expect: fails\nassert STOP :[deadlock free]",
+    repair="-- expect: fail\nassert STOP :[deadlock free]",
+)
+def no_expectation(span: Span, meant: str | None) -> Diagnostic:
+    """A comment at *span* says what to expect in a form that is none; *meant* is the verdict, if it can be guessed."""
+    hint = f"did you mean `expect: {meant}`?" if meant else "the verdicts are `pass`, `fail` and `unknown`"
+    return Diagnostic("CSP016", f"`{span.text}` announces no verdict", span, severity=Severity.WARNING, help=hint)
 
 
 @mistake(

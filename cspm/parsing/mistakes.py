@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 from cspcheck.cspm.diagnostics import Diagnostic, Label
-from cspcheck.cspm.parsing import class_messages, messages as messages
+from cspcheck.cspm.parsing import class_messages, habits, messages as messages
 from cspcheck.cspm.parsing.builder import MOST_MISTAKES, Tree
 from cspcheck.cspm.parsing.driver import Open, Unexpected, accepts, expected, run, stack_before
 from cspcheck.cspm.parsing.lexer import (
@@ -73,7 +73,7 @@ class Finding(NamedTuple):
 def diagnose(table: Table, start: str, tokens: Tokens, index: int) -> Finding:
     """What to say about the unexpected token at *index*."""
     stack = stack_before(table, start, tokens.kinds, index)
-    finding = _Situation(table, tokens, index, stack).finding()
+    finding = Situation(table, tokens, index, stack).finding()
     for begin, end in tokens.comments:
         if tokens.starts[max(index - 20, 0)] <= begin <= tokens.starts[index] and _COMMENTED_SET.match(
             tokens.source.text, begin, end
@@ -151,7 +151,7 @@ def _is_head(kinds: Sequence[str], index: int) -> bool:
     return kinds[index] in ("=", "::")
 
 
-class _Situation:
+class Situation:
     """An unexpected token with all that is known about it."""
 
     def __init__(self, table: Table, tokens: Tokens, index: int, stack: Open) -> None:
@@ -208,7 +208,7 @@ class _Situation:
         """Whether the `]` at a place of the stack closes the alphabet of a replicated `||`."""
         return "@" in self._kinds_below(place, 3)
 
-    def _declaration_start(self) -> int:
+    def declaration_start(self) -> int:
         """The first token of the declaration that the unexpected token belongs to."""
         kinds, symbols = self.tokens.kinds, self.stack.symbols
         for place in range(len(symbols) - 1, -1, -1):
@@ -253,15 +253,35 @@ class _Situation:
             "$END": "the end of the text",
         }.get(kind, f"`{text}`")
 
-    def _ends_here(self) -> bool:
+    def ends_here(self) -> bool:
         """Whether the unexpected token shows that the declaration before it is over."""
         if self.kind in ("$END", "_NEWLINE"):
             return True
         return self.kind in DECLARATION_KEYWORDS or self.kind == "PARAGRAPH"
 
+    def bracket(self) -> str:
+        """The innermost open bracket; empty if there is none."""
+        return "" if self.open_bracket is None else self.tokens.kinds[self.open_bracket]
+
+    def operand_before_bracket(self) -> bool:
+        """Whether the innermost open bracket stands behind an operand, as an operator does."""
+        opener = self.open_bracket
+        return opener is not None and opener > 0 and self.tokens.kinds[opener - 1] in OPERAND_ENDS
+
+    def last_head(self) -> int:
+        """Where the last definition before the unexpected token begins, read as a part of the one before; 0 if none."""
+        first, head = self.declaration_start(), 0
+        while (found := _next_declaration(self.tokens, first + 1, self.index)) is not None:
+            head = first = found
+        return head
+
     # --- what to say -----------------------------------------------------------------------------------------
 
     def finding(self) -> Finding:
+        """The diagnostic, and where to go on."""
+        habit = habits.habit(self)
+        if habit is not None:
+            return Finding(habit, self.index)
         for rule in (
             self._unfinished_before_next_declaration,
             self._map_opener,
@@ -323,7 +343,7 @@ class _Situation:
         # Declarations are what the bracket of a Timed section is for.
         timed = self._opens_timed_section(opener)
         following = None if timed else _next_declaration(self.tokens, opener + 1, self.index + 1)
-        if following is None and self._ends_here() and self.kind != "_NEWLINE":
+        if following is None and self.ends_here() and self.kind != "_NEWLINE":
             following = self.index
         if following is None:
             return None
@@ -370,12 +390,12 @@ class _Situation:
     def _missing_process(self) -> Diagnostic | None:
         if self.previous != "->" or not accepts(self.table, self.stack, "INT"):
             return None
-        if self.kind in KEYWORDS and not self._ends_here():
+        if self.kind in KEYWORDS and not self.ends_here():
             return None
         return messages.missing_process(self.tokens.span(self.index), self.tokens.span(self.index - 1))
 
     def _end_of_declaration(self) -> Diagnostic | None:
-        if not self._ends_here():
+        if not self.ends_here():
             return None
         if self.unfinished and self.previous in OPERAND_ENDS:
             return self._unfinished_construct(self.unfinished[0], self.index)
@@ -385,7 +405,7 @@ class _Situation:
             before = self.tokens.span(self.index - 1) if self.index else None
             return messages.unexpected_end(self.tokens.span(self.index), self._wanted(), before)
         wanted = self._wanted()
-        if self.kind in DECLARATION_KEYWORDS and self._first_on_line(self.index) and wanted != [_DECLARATION]:
+        if self.kind in DECLARATION_KEYWORDS and self.first_on_line(self.index) and wanted != [_DECLARATION]:
             return self._cut_short(self.index, wanted)
         return None
 
@@ -401,11 +421,11 @@ class _Situation:
     def _lacks_definition_sign(self) -> bool:
         if not self.stack.symbols or not accepts(self.table, self.stack, "="):
             return False
-        return self.tokens.kinds[self._declaration_start()] not in KEYWORDS - {"true", "false", "not", "if", "let"}
+        return self.tokens.kinds[self.declaration_start()] not in KEYWORDS - {"true", "false", "not", "if", "let"}
 
     def _expression_alone(self) -> Diagnostic:
         tokens = self.tokens
-        first = self._declaration_start()
+        first = self.declaration_start()
         if tokens.text(first) == "end" and self.index == first + 1 and "PARAGRAPH" in tokens.kinds:
             return class_messages.end_too_many(tokens.span(first))
         if tokens.kinds[first] == "QUALIFIED" and self.index == first + 1:
@@ -431,13 +451,10 @@ class _Situation:
         if self.previous in KEYWORDS:
             return messages.reserved_word(self.tokens.span(self.index - 1))
         # Is this the sign of a new definition, read as part of the one before because that is not complete?
-        first = self._declaration_start()
-        head = None
-        while (found := _next_declaration(self.tokens, first + 1, self.index)) is not None:
-            head = first = found
-        if head is not None and self.tokens.kinds[head - 1] not in OPERAND_ENDS:
+        head = self.last_head()
+        if head and self.tokens.kinds[head - 1] not in OPERAND_ENDS:
             before = stack_before(self.table, "script", self.tokens.kinds, head)
-            wanted = _Situation(self.table, self.tokens, head, before)._wanted()
+            wanted = Situation(self.table, self.tokens, head, before)._wanted()
             return Finding(self._cut_short(head, wanted), head)
         if self.previous not in OPERAND_ENDS:
             return None
@@ -470,7 +487,7 @@ class _Situation:
         follower = self.tokens.kinds[self.index + 1] if self.kind != "$END" else ""
         named = expected(self.table, self.stack) <= {"NAME", "QUALIFIED"}
         # `x = channel + 1`, `f(assert)`, but not `if then`: there something else is missing before the word.
-        if named or (self.kind in DECLARATION_KEYWORDS and not self._first_on_line(self.index)) or follower == "=":
+        if named or (self.kind in DECLARATION_KEYWORDS and not self.first_on_line(self.index)) or follower == "=":
             return messages.reserved_word(self.tokens.span(self.index))
         return None
 
@@ -494,7 +511,8 @@ class _Situation:
             return None
         return self._unfinished_construct(opener, self.index)
 
-    def _first_on_line(self, index: int) -> bool:
+    def first_on_line(self, index: int) -> bool:
+        """Whether only blanks stand before a token on its line."""
         start = self.tokens.starts[index]
         return not self.source.text[self.source.text.rfind("\n", 0, start) + 1 : start].strip()
 
@@ -556,7 +574,7 @@ class _Situation:
                 return f"`{self.kind}` belongs to a `module`"
             case "if" | "let" | "\\" if self.previous in ("!", "?", "$", ":"):
                 return "put it in brackets"
-            case "NAME" if self.previous == "NAME" and self._declaration_start() == self.index - 1:
+            case "NAME" if self.previous == "NAME" and self.declaration_start() == self.index - 1:
                 close = suggestions(self.tokens.text(self.index - 1), PARAGRAPH_WORDS)
                 return (
                     f"did you mean {quoted([f'{word} {self.tokens.text(self.index)}' for word in close])}?"

@@ -17,7 +17,7 @@ from typing import Final, Literal
 
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
 from cspcheck.cspm.notation import extension
-from cspcheck.cspm.parsing import lexing_messages as lexing, messages as messages, mistakes as parser_mistakes
+from cspcheck.cspm.parsing import habits, lexing_messages as lexing, messages as messages, mistakes as parser_mistakes
 from cspcheck.cspm.parsing.builder import MOST_MISTAKES, Tree
 from cspcheck.cspm.parsing.driver import Unexpected, run
 from cspcheck.cspm.parsing.lexer import tokenise
@@ -86,6 +86,8 @@ def decode(name: str, content: bytes) -> Source:
     """
     if content.startswith(b"{\\rtf"):
         raise ScriptError(lexing.rich_text(name))
+    if _is_utf_16(content):
+        raise ScriptError(lexing.utf_16(name))
     if b"\0" in content:
         raise ScriptError(lexing.binary_file(name))
     try:
@@ -94,6 +96,15 @@ def decode(name: str, content: bytes) -> Source:
         # Five bytes mean nothing in Windows-1252; they become marks that the lexer refuses outside comments.
         text = content.decode("cp1252", errors="replace")
     return Source(name, text.replace("\r\n", "\n").replace("\r", "\n"))
+
+
+def _is_utf_16(content: bytes) -> bool:
+    """Whether bytes begin with the mark of UTF-16, or are text with a NUL byte beside each ASCII character."""
+    beginning = content[:200]
+    if beginning.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return True
+    even, odd = beginning[::2], beginning[1::2]
+    return len(odd) > 1 and ((not any(odd) and all(even)) or (not any(even) and all(odd)))
 
 
 def parse(source: Source, *, include: Reader | None = None, include_roots: Sequence[str] = ()) -> s.Script:
@@ -239,15 +250,18 @@ class _Files:
             tokens = tokenise(source)
             self.remarks += tokens.remarks
             if tokens.errors:
-                self.errors.extend(tokens.errors[:MOST_MISTAKES])
+                self.errors.extend(_of_another_language(source) or tokens.errors[:MOST_MISTAKES])
                 return None
             tree = Tree(tokens, self._include)
             try:
                 script = run(table(), "script", tokens, tree)
             except Unexpected as error:
+                if other := _of_another_language(source):
+                    self.errors.extend(other)
+                    return None
                 # The mistakes that the tree has collected so far stand before this one.
                 found = [*tree.errors[: MOST_MISTAKES - 1], *parser_mistakes.all_of(table(), tokens, error.index)]
-                self.errors.extend(found[:MOST_MISTAKES])
+                self.errors.extend(habits.once(found)[:MOST_MISTAKES])
                 return None
             tree.finish()
             self.errors.extend(sorted(tree.errors, key=_position)[:MOST_MISTAKES])
@@ -279,6 +293,12 @@ class _Files:
             return ()
         script = self.tree(source)
         return script.declarations if script is not None else ()
+
+
+def _of_another_language(source: Source) -> list[Diagnostic]:
+    """What to say of a text that is no script if another language is recognised; nothing otherwise."""
+    found = habits.pat_script(source)
+    return [] if found is None else [found]
 
 
 def _lone_abbreviations(script: s.Script) -> Iterator[Diagnostic]:

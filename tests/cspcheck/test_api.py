@@ -247,3 +247,41 @@ class TestThePackage:
             '10: error: Incompatible types in assignment (expression has type "list[Result]", variable has type "int")'
             "  [assignment]"
         ]
+
+
+class TestNotebook:
+    def test_results_are_short_and_show_themselves(self) -> None:
+        script = cspcheck.loads("channel a\nP = a -> STOP\nassert P :[deadlock free]\n")
+        (result,) = script.check()
+        assert repr(result) == "<cspcheck.Result <text>:3: P :[deadlock free]: fail>"
+        assert "deadlocks after 1 event" in result._repr_html_()
+        assert "<svg" in result._repr_html_()
+        assert result.chart() is not None
+        assert script.check("P [T= P").chart() is None
+
+    def test_pictures(self) -> None:
+        script = cspcheck.loads("channel a, b\nP = a -> P\nQ = a -> b -> Q\nS = P [| {a} |] Q\nC(n) = a -> C(n + 1)\n")
+        assert script.process("S").svg().startswith("<svg")
+        assert script.process("S")._repr_svg_() == script.process("S").svg()
+        assert script.process("C(0)")._repr_svg_() is None
+        picture = script.process("S").architecture()
+        assert repr(picture).startswith("<cspcheck.Picture")
+        assert "P" in picture._repr_svg_()
+
+    def test_probe(self) -> None:
+        probe = cspcheck.loads("channel a, b\nP = a -> b -> STOP\n").process("P").probe()
+        probe.perform("a")
+        assert [probe.events.name(step.event) for step in probe.steps()] == ["b"]
+
+    def test_sweep(self) -> None:
+        script = cspcheck.loads("channel a\nN = 1\nP(n) = n < N & a -> P(n + 1)\nassert not P(0) :[deadlock free]\n")
+        found = script.sweep(N=range(1, 4))
+        assert [(values, result.verdict, result.states) for values, result in found] == [
+            ({"N": "1"}, "pass", 2),
+            ({"N": "2"}, "pass", 3),
+            ({"N": "3"}, "pass", 4),
+        ]
+
+    def test_prove(self) -> None:
+        text = "class C\nchan tick\nmain = tick -> main\nstate\nn : nat\ninit\nn = 0\nend\n"
+        assert {finding.status for finding in cspcheck.loads(text).prove()} <= {"proved", "bounded"}

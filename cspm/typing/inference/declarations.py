@@ -98,13 +98,20 @@ class DeclarationRules(AnnotationRules):
         self.unifier.forget()
 
     def _begin(self, group: Sequence[Unit]) -> None:
-        """Give every symbol of the group without an annotation a variable for its type."""
+        """Give every symbol of the group without an annotation a type to be found out.
+
+        Of a function it is known how many arguments it takes, so that a wrong call among the definitions of the group
+        is seen at the call, and not where the definition is held against what the call has made of it.
+        """
         for unit in group:
             for symbol in unit.symbols:
                 if self.names.annotation(symbol) is None:
-                    variable = self.fresh()
-                    self.defining[symbol] = variable
-                    self.views.schemes[symbol] = Scheme((), variable)
+                    unknown: Type = self.fresh()
+                    if isinstance(unit.declaration, syntax.FunctionDefinition):
+                        for parameters in reversed(unit.declaration.clauses[0].groups):
+                            unknown = Function([self.fresh() for _ in parameters], unknown)
+                    self.defining[symbol] = unknown
+                    self.views.schemes[symbol] = Scheme((), unknown)
 
     def _end(self, group: Sequence[Unit]) -> None:
         """Decide which datatypes of the group have equality."""

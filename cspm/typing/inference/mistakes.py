@@ -208,14 +208,32 @@ def _too_general(
 # --- what might have been meant --------------------------------------------------------------------------------
 
 
+_OPERATIONS = {
+    "the left operand of `-`": ("the difference of two sets is `diff(A, B)`", ""),
+    "the left operand of `+`": ("the union of two sets is `union(A, B)`", "sequences are joined with `s ^ t`"),
+    "the left operand of `*`": ("the intersection of two sets is `inter(A, B)`", ""),
+}
+"""What to write where sets and sequences are calculated with as if they were numbers."""
+
+
+def _may_be_process(type_: Type) -> bool:
+    """Whether a process may come of a type once it has its arguments; of what is being defined it is not known yet."""
+    type_ = resolve(type_)
+    return type_ is PROC or type(type_) is Variable or (type(type_) is Function and _may_be_process(type_.result))
+
+
 def _hint(expected: Type, actual: Type, node: syntax.Node, role: str) -> str | None:
     """What to try for a common mix-up; None if the types tell nothing."""
+    if expected is INT and type(actual) in (SetOf, SequenceOf) and (known := _OPERATIONS.get(role)) is not None:
+        return known[type(actual) is SequenceOf] or None
+    if expected is PROC and type(actual) is SetOf and role == "the left operand of `\\`":
+        return "`\\` hides events; the difference of two sets is `diff(A, B)`"
     if role == "this element of the set" and spread(expected)[1] is EVENT and spread(actual)[1] is EVENT:
         return "write `{| ... |}` for all events of the channels"
     if expected is PROC:
         if actual is EVENT or spread(actual)[1] is EVENT:
             return "an event is not a process: write `e -> P`"
-        if type(actual) is Function and resolve(actual.result) is PROC:
+        if type(actual) is Function and _may_be_process(actual.result):
             name = head_name(node)
             return f"give it its arguments: `{name}(...)`" if name else "give it its arguments"
         if type(actual) is SetOf and resolve(actual.element) is PROC:

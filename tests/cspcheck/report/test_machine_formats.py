@@ -101,7 +101,8 @@ def test_concise(
 ) -> None:
     fill(ConciseReport(pieces.append), results, mistakes, summary)
 
-    assert all(re.match(r"\S+:\d+: (pass|fail|unknown|error): \S", line) for line in pieces)
+    told = r"\S+:\d+: (pass|fail|unknown|error): \S|(\S+:\d+:\d+: )?(error|warning)\[CSP\d{3}\]: \S"
+    assert all(re.match(told, line) and line.count("\n") == 1 for line in pieces)
     assert "".join(pieces) == snapshot
 
 
@@ -143,7 +144,7 @@ class TestGithub:
 
         assert all(line.count("\n") == 1 for line in pieces)
         assert pieces[0].startswith("::error file=a%25b%2Cc%3Ad.csp,line=40,title=assertion%3A fail::")
-        assert pieces[1].endswith("title=CSP001::bad \ufffd[2Jtext%0A::error::100%25\n")
+        assert pieces[1].endswith("title=CSP001::bad \ufffd[2Jtext\u2424::error::100%25\n")
 
     def test_columns_are_for_places_within_a_line(self, pieces: list[str], mistakes: dict[str, Diagnostic]) -> None:
         GithubReport(pieces.append).diagnostics([mistakes["plain"], mistakes["several lines"]])

@@ -65,4 +65,4 @@ def test_cutting_counts_columns(width: int, fitted: str) -> None:
 
 
 def test_text_that_would_steer_a_terminal_is_made_harmless() -> None:
-    assert harmless("a\x1b[31m\x07\u202eb\tc\nd\x9b") == "a\ufffd[31m\ufffd\ufffdb\tc\nd\ufffd"
+    assert harmless("a\x1b[31m\x07\u202eb\tc\nd\x9b") == "a\ufffd[31m\ufffd\ufffdb\tc\u2424d\ufffd"

@@ -1,0 +1,1 @@
+"""What travels with programs for other languages: the sources of their runtimes, one folder a target."""
