@@ -19,6 +19,7 @@ from cspcheck.checker.network.components import Alone, Joined, joined_machine
 from cspcheck.checker.network.skeleton import compile_single, look_through
 from cspcheck.checker.packing.packed import PackedNetwork, pack
 from cspcheck.checker.reduction.compression import COMPRESSIONS
+from cspcheck.checker.search.checkpoint import Checkpoints
 from cspcheck.checker.search.exploration import Exploration, Progress, explore
 from cspcheck.checker.search.pair_search import PairExploration, explore_pairs
 from cspcheck.checker.semantics.beginning import beginning
@@ -53,7 +54,7 @@ class Machines:
         workers: threads for large searches.
         full: explore everything, end nothing early, merge nothing.
         kept_bytes: how much to keep for later.
-        progress, notify: handed to the searches.
+        progress, notify, checkpoints: handed to the searches.
     """
 
     def __init__(
@@ -64,12 +65,14 @@ class Machines:
         kept_bytes: int = KEPT_BYTES,
         progress: Callable[[Progress], None] | None = None,
         notify: Callable[[str], None] | None = None,
+        checkpoints: Checkpoints | None = None,
     ) -> None:
         self.workers = workers
         self.full = full
         self._kept_bytes = kept_bytes
         self._progress = progress
         self._notify = notify
+        self._checkpoints = checkpoints
         self._compiler = Compiler()
         self._beginnings: dict[Process, PackedNetwork] = {}
         self._too_large: set[tuple[Compressed, Limits]] = set()
@@ -171,6 +174,7 @@ class Machines:
                 stop_at_divergence="divergence" in aim,
                 progress=self._progress,
                 notify=self._notify,
+                checkpoints=self._checkpoints,
             )
             if found.complete:
                 key = ("exploration", process, "everything", original)
@@ -291,6 +295,7 @@ class Machines:
             workers=self.workers,
             progress=self._progress,
             notify=self._notify,
+            checkpoints=self._checkpoints,
         )
         budget.used(found.peak_memory_bytes + _size(specification))
         return found
