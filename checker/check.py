@@ -17,6 +17,7 @@ from cspcheck.checker.checks.refinement import refines
 from cspcheck.checker.checks.store import BEGINNING, KEPT_BYTES, Machines
 from cspcheck.checker.explain.replay import ReplayFailure
 from cspcheck.checker.lts import Lts
+from cspcheck.checker.search.checkpoint import Checkpoints
 from cspcheck.checker.search.exploration import Progress
 from cspcheck.checker.specification.normal_form import FailuresModel, Semantics
 from cspcheck.checker.verdict import (
@@ -70,6 +71,7 @@ class Checker:
         termination: what a process that has terminated is to ``deadlock free``: a success, or a deadlock as in FDR4.
         progress: called a few times a second during a search.
         notify: called with a line to be shown when kernels have to be compiled first.
+        checkpoints: where to write long searches down, and to go on from.
     """
 
     def __init__(
@@ -83,6 +85,7 @@ class Checker:
         termination: Termination = "success",
         progress: Callable[[Progress], None] | None = None,
         notify: Callable[[str], None] | None = None,
+        checkpoints: Checkpoints | None = None,
     ) -> None:
         self._script = script
         self._limits = limits
@@ -97,6 +100,7 @@ class Checker:
             kept_bytes=kept,
             progress=progress,
             notify=notify,
+            checkpoints=checkpoints,
         )
 
     def check(self, assertion: Assertion) -> Outcome:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING, Final, Literal
@@ -43,6 +44,8 @@ class ComponentBehaviour:
         line: line of its definition, from 1, or None.
         offers: events it can perform on its own account at the end.
         waiting_for: names of the components that an offered event needs and that do not offer it.
+        variables: of a class, at the beginning: values by name; empty for other processes.
+        changes: aligned with the trace: of a class the variables that another value has after the step.
     """
 
     name: str
@@ -51,6 +54,8 @@ class ComponentBehaviour:
     line: int | None
     offers: tuple[str, ...]
     waiting_for: tuple[str, ...]
+    variables: Mapping[str, str] = field(default_factory=dict)
+    changes: tuple[Mapping[str, str], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,6 +8,8 @@ import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from hashlib import sha256
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Protocol
 
 from cspcheck.checker.budget import OUT_OF_MEMORY, why
@@ -16,13 +18,14 @@ from cspcheck.checker.verdict import Limits, Outcome, Termination, Verdict
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
 from cspcheck.cspm.interruption import Stopped
 from cspcheck.cspm.source import Source
-from cspcheck.messages import too_much_to_read
+from cspcheck.messages import cannot_write, too_much_to_read, unsuited_checkpoint
 from cspcheck.result import INTERRUPTED, Result, answer
 from cspcheck.selection import STDIN
 
 if TYPE_CHECKING:
     from cspcheck.checker.check import Checker
     from cspcheck.checker.lts import Lts
+    from cspcheck.checker.search.checkpoint import Checkpoints
     from cspcheck.checker.search.exploration import Progress
     from cspcheck.coverage import Coverage
     from cspcheck.cspm.process.terms import Process
@@ -52,6 +55,8 @@ class Settings:
         view: classes with their ``data``, or in the ``control`` view without; None: as the script says.
         outputs: who chooses the outputs of classes: ``demonic`` (the class) or ``angelic`` (its environment).
         include_roots: folders, beside that of each script, from below which files may be included.
+        checkpoint: the folder in which long searches are written down; None: nowhere.
+        resume: whether to go on from what that folder has.
         coverage: whether what never happens in a check that passes is looked for.
         machines: whether results have pictures of machines that are small.
     """
@@ -66,6 +71,8 @@ class Settings:
     view: Literal["data", "control"] | None = None
     outputs: Literal["demonic", "angelic"] = "demonic"
     include_roots: tuple[str, ...] = ()
+    checkpoint: str | None = None
+    resume: bool = False
     coverage: bool = False
     machines: bool = False
 
@@ -177,6 +184,7 @@ class GuardedChecker:
         self._settings = settings
         self._watch = watch
         self._checker: Checker | None = None
+        self._checkpoints = _checkpoints(script, settings, watch)
         self._used = False
 
     def check(self, assertion: syntax.Assertion) -> Outcome:
@@ -246,6 +254,7 @@ class GuardedChecker:
                 termination=self._settings.termination,
                 progress=self._watch.progress,
                 notify=self._watch.notify,
+                checkpoints=self._checkpoints,
             )
         return self._checker
 
@@ -259,6 +268,46 @@ class GuardedChecker:
         from cspcheck.cspm.printing.printer import print_assertion
 
         return self._own.assertion(print_assertion(assertion)).node
+
+
+def _checkpoints(script: Script, settings: Settings, watch: Watch) -> Checkpoints | None:
+    """Where the searches for a script are written down.
+
+    Raises:
+        ScriptError: the folder is one of something else, or cannot be written.
+    """
+    if settings.checkpoint is None:
+        return None
+    from cspcheck import __version__
+    from cspcheck.checker.search.checkpoint import Checkpoints, Mismatch
+
+    # One folder for each script: a run may be about several.
+    folder = Path(settings.checkpoint) / sha256(script.source.name.encode()).hexdigest()[:16]
+    belongs = {
+        "version": __version__,
+        "script": script_digest(script),
+        "set of options": repr((sorted(settings.definitions.items()), settings.full, settings.view, settings.outputs)),
+    }
+    try:
+        return Checkpoints(folder, belongs, resume=settings.resume, tell=watch.notify)
+    except Mismatch as mismatch:
+        raise ScriptError(unsuited_checkpoint(settings.checkpoint, script.source.name, str(mismatch))) from None
+    except OSError as error:
+        raise ScriptError(cannot_write(settings.checkpoint, error.strerror or str(error))) from None
+
+
+def script_digest(script: Script) -> str:
+    """What tells texts apart: of a script with all that it includes."""
+    digest = sha256()
+    sources: dict[int, Source] = {id(script.source): script.source}
+    waiting: list[syntax.Declaration] = list(script.tree.declarations)
+    while waiting:
+        declaration = waiting.pop()
+        sources.setdefault(id(declaration.span.source), declaration.span.source)
+        waiting += getattr(declaration, "declarations", ())
+    for text in sorted(source.text for source in sources.values()):
+        digest.update(sha256(text.encode("utf-8", "surrogatepass")).digest())
+    return digest.hexdigest()
 
 
 def release_memory() -> None:

@@ -120,6 +120,22 @@ def too_much_to_read(name: str, why: str) -> Diagnostic:
 
 
 @mistake(
+    "CSP930",
+    "checkpoints of something else",
+    explanation="""
+A folder of checkpoints belongs to one script with all that it includes, one set of options and one version of cspcheck:
+under another the states in it mean something else. The number of workers and the limits may differ. `--checkpoint`
+begins in a folder that has no checkpoints yet, `--resume` goes on from one that has.
+""",
+    example="`--resume runs/rov` after a change to the script",
+    repair="check with `--checkpoint` and a new folder",
+)
+def unsuited_checkpoint(folder: str, script: str, why: str) -> Diagnostic:
+    """*folder* cannot be used for *script*; *why* in words that begin with ``its`` or ``it``."""
+    return Diagnostic("CSP930", f"the folder `{folder}` cannot be used for `{script}`: {why}")
+
+
+@mistake(
     "CSP921",
     "out of memory",
     explanation="""

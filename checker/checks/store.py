@@ -20,6 +20,7 @@ from cspcheck.checker.network.compiler import MOST_TERMS, Compiler, LimitReached
 from cspcheck.checker.network.network import Network
 from cspcheck.checker.network.skeleton import compile_single
 from cspcheck.checker.packing.packed import PackedNetwork, pack
+from cspcheck.checker.search.checkpoint import Checkpoints
 from cspcheck.checker.search.exploration import Exploration, Progress, explore
 from cspcheck.checker.search.pair_search import PairExploration, explore_pairs
 from cspcheck.checker.semantics.beginning import along, beginning, one_run
@@ -62,7 +63,7 @@ class Machines:
         full: explore everything, end nothing early, merge nothing.
         reduces: whether processes may be reduced although the script does not ask for it.
         kept_bytes: how much to keep for later.
-        progress, notify: handed to the searches.
+        progress, notify, checkpoints: handed to the searches.
     """
 
     def __init__(
@@ -74,6 +75,7 @@ class Machines:
         kept_bytes: int = KEPT_BYTES,
         progress: Callable[[Progress], None] | None = None,
         notify: Callable[[str], None] | None = None,
+        checkpoints: Checkpoints | None = None,
     ) -> None:
         self.workers = workers
         self.full = full
@@ -82,6 +84,7 @@ class Machines:
         self._progress = progress
         self._notify = notify
         self._terms = MachineTerms(self._listed)
+        self._checkpoints = checkpoints
         self._beginnings: dict[Process, PackedNetwork] = {}
         self._kept: OrderedDict[Hashable, tuple[Any, int]] = OrderedDict()
 
@@ -230,7 +233,16 @@ class Machines:
         key = ("exploration", process, aim, original)
         found: Exploration | None = self._find(key)
         if found is None:
-            found = self._explored(self.packed(process, budget, original=original), aim, budget)
+            found = explore(
+                self.packed(process, budget, original=original),
+                limits=budget.remaining(),
+                workers=self.workers,
+                stop_at_deadlock="deadlock" in aim,
+                stop_at_divergence="divergence" in aim,
+                progress=self._progress,
+                notify=self._notify,
+                checkpoints=self._checkpoints,
+            )
             if found.complete:
                 key = ("exploration", process, "everything", original)
             # How far a search gets in a time is no property of the machine: the next assertion may get further.
@@ -382,6 +394,7 @@ class Machines:
             workers=self.workers,
             progress=self._progress,
             notify=self._notify,
+            checkpoints=self._checkpoints,
         )
         budget.used(found.peak_memory_bytes + _size(specification))
         return found

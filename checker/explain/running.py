@@ -8,7 +8,7 @@ may have any number of states.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from cspcheck.checker.network.actions import Path
@@ -180,6 +180,12 @@ class Runner:
         """A term in head normal form by the name that was first met for it."""
         return self.semantics.heads.name(state) or state
 
+    def variables(self, state: Process) -> Mapping[str, str]:
+        """The variables of a state of a class, by name; none of another process."""
+        with deep_recursion():
+            name = self.semantics.heads.name(state)
+        return name.variables if isinstance(name, Reference) else {}
+
     def _component(self, place: Place, path: Path) -> Component:
         known = self._known.get((path, place))
         if known is None:
@@ -245,7 +251,7 @@ def _behind_names(process: Process, place: Place) -> tuple[Process, Place]:
             process = process.body()
         else:
             process = process.process
-    return process, place if own is None else Place(own.text, own.span)
+    return process, place if own is None else Place(own.name, own.span)
 
 
 def distinct_names(names: Iterable[str]) -> list[str]:

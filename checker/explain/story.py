@@ -6,6 +6,7 @@ with whole compositions in it; here these are taken apart again.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 
 from cspcheck.checker.explain.blocked_slots import shortest_cycle
@@ -60,6 +61,7 @@ class Told:
         final = dict(self._ends[-1].components())
         waits_for = waiting(self._runner.semantics, self._ends[-1])
         names = self._names
+        values = {component: self._data(component) for component in self._met}
         behaviours = []
         for component in self._met:
             row = self._runner.semantics.transitions(final[component]) if component in final else ()
@@ -74,9 +76,27 @@ class Told:
                     line=component.span.line if component.span is not None else None,
                     offers=tuple(events.name(event) for event in sorted({event for event, _ in row})),
                     waiting_for=tuple(names[other] for other in waits_for.get(component, ())),
+                    variables=values[component][0],
+                    changes=values[component][1],
                 )
             )
         return tuple(behaviours)
+
+    def _data(self, component: Component) -> tuple[Mapping[str, str], tuple[Mapping[str, str], ...]]:
+        """The variables of a class at the beginning, and what is new of them after each step."""
+        first: dict[str, str] = {}
+        known: dict[str, str] = {}
+        changes: list[dict[str, str]] = []
+        for number, running in enumerate(self._ends):
+            state = next((s for c, s in running.components() if c is component), None)
+            found = {} if state is None else self._runner.variables(state)
+            new = {name: value for name, value in found.items() if known.get(name) != value}
+            known |= new
+            if number == 0:
+                first = new
+            else:
+                changes.append(new)
+        return first, tuple(changes) if known else ()
 
     def parts_in(self, event: int, events: EventTable) -> tuple[tuple[str, str], ...]:
         """The components that take part in an event possible at the end, each with its own name of it."""

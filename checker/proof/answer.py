@@ -12,7 +12,7 @@ from cspcheck.checker.proof.finding import Finding, worst_first
 from cspcheck.checker.proof.obligations import BY_NAME, OBLIGATIONS, discharge
 from cspcheck.checker.proof.prover import Prover
 from cspcheck.checker.proof.question import Settings
-from cspcheck.checker.proof.simulation import Relation, projection, refinement, retrieve
+from cspcheck.checker.proof.simulation import RULES, Relation, projection, refinement, retrieve
 from cspcheck.checker.verdict import BrokenObligation, Counterexample, Outcome, Verdict
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.oz import core, syntax
@@ -125,6 +125,11 @@ def obligation_names(name: str | None, span: Span | None) -> list[str] | None:
         known = [o.name for o in OBLIGATIONS]
         raise ScriptError(messages.unknown_obligation(name, span, suggestions(name, known), known))
     return [name]
+
+
+def rule_of(name: str | None) -> str | None:
+    """The rule of refinement that a name is; None where it is none."""
+    return name if name in RULES else None
 
 
 def _retrieve(node: syntax.DataRefinement, specification: core.Specification) -> Relation:

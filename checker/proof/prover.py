@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 
+from cspcheck.checker.proof.cases import cases
 from cspcheck.checker.proof.client import Solver
 from cspcheck.checker.proof.finding import Finding, Severity, Status
+from cspcheck.checker.proof.finite import found_in_scope, is_small
 from cspcheck.checker.proof.question import Answer, Found, Impossible, NotUpTo, Part, Question, Settings, Unanswered
 from cspcheck.checker.proof.situation import Situation
-from cspcheck.checker.proof.terms import all_of, negation
+from cspcheck.checker.proof.terms import all_of, negation, variables_of
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Term, Variable
 from cspcheck.cspm.oz.writing.core_text import text, written
 from cspcheck.cspm.source import Span
+
+_GLANCE = {1: 1_000, 2: 4_000}
+_SEARCH = {1: 20_000, 2: 100_000, 3: 200_000}
+"""For each scope, how many values are tried before the solver is asked, and where it has no answer."""
 
 
 class Prover:
@@ -51,13 +58,63 @@ class Prover:
 
     def find(self, parts: Iterable[Part], shown: Iterable[Variable] = ()) -> Answer:
         """Values that satisfy *parts*, and the constants' axioms with them."""
-        whole = self.situation.with_constants(parts)
-        variables = (*self.situation.constant_variables(whole), *shown)
-        return self.solver.ask(Question(whole, variables))
+        return self._asked(parts, shown, first=False)
 
     def refutes(self, premises: Iterable[Part], goal: Term, shown: Iterable[Variable] = ()) -> Answer:
         """Values that satisfy *premises*, but not *goal*."""
-        return self.find([*premises, self.fails(goal)], shown)
+        return self._asked([*premises, self.fails(goal)], shown, first=True)
+
+    def _asked(self, parts: Iterable[Part], shown: Iterable[Variable], *, first: bool) -> Answer:
+        """Values that satisfy *parts*: found in small scopes, or by the solver for the whole or case by case.
+
+        *first*: look in small scopes before the solver is asked, where what is claimed is that there are none.
+        """
+        whole = self.situation.with_constants(parts)
+        variables = (*self.situation.constant_variables(whole), *shown)
+        small = is_small(v.type for v in variables_of(part.term for part in whole).values())
+        if first and not small:
+            found = self._in_scopes(whole, variables, _GLANCE)
+            if found is not None:
+                return found
+        answer = self.solver.ask(Question(whole, variables))
+        if isinstance(answer, NotUpTo | Unanswered):
+            found = self._in_scopes(whole, variables, _SEARCH)
+            if found is not None:
+                return found
+            answer = self._by_cases(whole, variables) or answer
+        return answer
+
+    def _in_scopes(self, parts: tuple[Part, ...], shown: tuple[Variable, ...], scopes: dict[int, int]) -> Found | None:
+        total = self._total(parts)
+        for scope, tried in scopes.items():
+            if self._late():
+                return None
+            found = found_in_scope(self.specification, self.model, total, shown, scope, tried)
+            if found is not None:
+                return found
+        return None
+
+    def _total(self, parts: Iterable[Part]) -> list[Part]:
+        """The parts as conjuncts that are defined everywhere."""
+        holding = self.solver.definedness.holding
+        return [replace(p, term=t) for p in parts for t in ((p.term,) if p.total else holding([p.term]))]
+
+    def _by_cases(self, parts: tuple[Part, ...], shown: tuple[Variable, ...]) -> Answer | None:
+        """The question for each case of a disjunction or conditional by itself; None where that does not decide it."""
+        split = cases(parts, self.solver.definedness.total)
+        for case in split:
+            if self._late():
+                return None
+            answer = self.solver.ask(Question(case, shown))
+            if isinstance(answer, Found):
+                return answer
+            if not isinstance(answer, Impossible):
+                return None
+        return Impossible() if split else None
+
+    def _late(self) -> bool:
+        deadline = self.solver.settings.deadline
+        return deadline is not None and self.clock() >= deadline
 
     def fails(self, goal: Term) -> Part:
         """That a predicate is false or undefined."""

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import z3
 
 from cspcheck.checker.proof.sorts import Expr, element_of, selected
-from cspcheck.checker.proof.terms import universe
+from cspcheck.checker.proof.terms import element_name, universe
 from cspcheck.cspm.oz import core
-from cspcheck.cspm.oz.core import Apply, Binder, Comprehension, Constant, Construct, Record, Term, Type, Variable
+from cspcheck.cspm.oz.core import Apply, Binder, Comprehension, Constant, Construct, Record, Term, Type
 
 if TYPE_CHECKING:
     from cspcheck.checker.proof.encode import Encoder
@@ -21,11 +21,6 @@ LONGEST = 64
 
 class Unreadable(Exception):
     """A value that has no term: an irrational number, a function of the solver without a table."""
-
-
-def element_name(type_: core.GivenType, number: int) -> Term:
-    """The element of a given set with a number from 1."""
-    return Variable(type=type_, name=f"{type_.name}_{number}", role="constant")
 
 
 class Reader:

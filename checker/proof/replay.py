@@ -46,7 +46,7 @@ class Replay:
         from cspcheck.cspm.oz.values.evaluation import Evaluator
 
         # The script's own finite readings would make the predicates say something else.
-        readings = tuple(_reading(name, size) for name, size in sizes.items())
+        readings = tuple(given_reading(name, size) for name, size in sizes.items())
         self._evaluator = Evaluator(replace(specification, readings=readings), model)
         self._assignment: dict[Any, Any] = {}
         self._unreadable = False
@@ -62,7 +62,7 @@ class Replay:
 
         if self._unreadable:
             return Replayed.UNDECIDED
-        (free,) = renamed([predicate], _freed)
+        free = constant_free(predicate)
         try:
             return Replayed.HOLDS if self._evaluator.holds(free, self._assignment) else Replayed.FAILS
         except Undefined:
@@ -105,13 +105,20 @@ class Replay:
         raise ValueError(ground)
 
 
-def _reading(name: str, size: int) -> core.FiniteReading:
+def given_reading(name: str, size: int) -> core.FiniteReading:
+    """A given set of so many elements."""
     from cspcheck.cspm.source import Source
 
     subject = universe(core.GivenType(name))
     return core.FiniteReading(
-        subject=subject, text=name, values=None, bound=max(size, 1), span=Source("", "").span(0, 0)
+        subject=subject, text=name, values=None, bound=max(size, 1), span=Source("", "").span(0, 0), whole=True
     )
+
+
+def constant_free(term: Term) -> Term:
+    """The term with ordinary variables for constants, of which the evaluator would look for values of its own."""
+    (free,) = renamed([term], _freed)
+    return free
 
 
 def _freed(variable: Variable) -> Variable | None:

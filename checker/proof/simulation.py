@@ -38,6 +38,18 @@ from cspcheck.cspm.oz.core import ClassModel, Declared, Operation, Parameter, Te
 from cspcheck.cspm.oz.writing.core_text import text
 from cspcheck.cspm.source import Span
 
+RULES = (
+    "retrieve relation consistent",
+    "retrieve relation total",
+    "channels",
+    "initial states",
+    "applicability",
+    "definedness",
+    "correctness",
+    "totality",
+)
+"""The rules by their names; the last is one of upward simulation alone."""
+
 
 @dataclass(frozen=True, slots=True)
 class Relation:

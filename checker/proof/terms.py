@@ -248,3 +248,8 @@ def bound_by(unknowns: Iterable[Unknown]) -> tuple[tuple[Binder, ...], dict[Key,
         binders.append(Binder(name, variable.type, carrier, written(variable)))
         table[unknown.key] = Variable(type=variable.type, name=name, role="bound")
     return tuple(binders), table
+
+
+def element_name(type_: core.GivenType, number: int) -> Term:
+    """The element of a given set with a number from 1."""
+    return Variable(type=type_, name=f"{type_.name}_{number}", role="constant")

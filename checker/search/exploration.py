@@ -15,6 +15,7 @@ import numpy as np
 from cspcheck.checker.arrays import Int64Array
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.packing.packed import PackedNetwork
+from cspcheck.checker.search.checkpoint import Checkpoints
 from cspcheck.checker.search.levels import NO_LIMITS, LevelSearch, Progress, StopReason
 from cspcheck.checker.search.tau_cycles import divergent_states_of_level, tau_cyclic_states
 from cspcheck.checker.search.walk import CHUNK, Transitions, Walk, transitions_of
@@ -182,6 +183,7 @@ def explore(
     progress: Callable[[Progress], None] | None = None,
     notify: Callable[[str], None] | None = None,
     compiled: bool | None = None,
+    checkpoints: Checkpoints | None = None,
 ) -> Exploration:
     """All reachable states of a network, breadth first.
 
@@ -196,6 +198,7 @@ def explore(
         notify: called with one line when the kernels have to be compiled first, which takes some seconds.
         compiled: True or False to use compiled or interpreted kernels throughout; None: change to the compiled ones
             when the machine turns out to be big. Results do not depend on it.
+        checkpoints: where to write the search down now and then, and to go on from, if it is there.
     """
     search = LevelSearch(
         packed,
@@ -207,6 +210,7 @@ def explore(
         progress=progress,
         notify=notify,
         compiled=compiled,
+        checkpoints=checkpoints,
     )
     search.run()
     return Exploration(

@@ -6,6 +6,8 @@ and pairs are searched alike; pairs take the specification along between expansi
 
 from __future__ import annotations
 
+import functools
+import operator
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,10 +15,11 @@ from typing import Literal
 
 import numpy as np
 
-from cspcheck.checker.arrays import Int64Array, UInt8Array
+from cspcheck.checker.arrays import Int64Array
 from cspcheck.checker.kernels import jit
 from cspcheck.checker.kernels.arrays import Index
 from cspcheck.checker.packing.packed import PackedNetwork
+from cspcheck.checker.search.checkpoint import Checkpoints, Position, Tally
 from cspcheck.checker.search.crew import SHARED_CAPACITY, Crew
 from cspcheck.checker.search.expansion import CAPACITY, SMALL_CAPACITY, Expander
 from cspcheck.checker.search.pairs import Pairs
@@ -76,6 +79,7 @@ class LevelSearch:
         progress: Callable[[Progress], None] | None = None,
         notify: Callable[[str], None] | None = None,
         compiled: bool | None = None,
+        checkpoints: Checkpoints | None = None,
     ) -> None:
         self.packed = packed
         self.pairs = pairs
@@ -105,12 +109,19 @@ class LevelSearch:
         self._level_bytes = 0
         self._started = time.monotonic()
         self._told = self._started
+        self._at = Position()
+        self._earlier_deadlocks = 0
+        self._earlier_violated = 0
+        self._earlier_branching = False
+        aims = (stop_at_deadlock, stop_at_divergence, stop_at_violation, self._look_for_divergence)
+        self._checkpoint = None if checkpoints is None else checkpoints.search(packed, pairs, aims)
 
     @property
     def branching(self) -> bool:
         """Whether some state was seen to have two targets for one visible event."""
         workers = [self._worker, *(self._crew.workers if self._crew else ())]
-        return any(worker.expander.scratch.branching[0] != 0 for worker in workers)
+        here = any(worker.expander.scratch.branching[0] != 0 for worker in workers)
+        return here or self._earlier_branching
 
     def run(self) -> None:
         """Search until everything is explored, what is looked for is found, or a limit is reached."""
@@ -127,39 +138,80 @@ class LevelSearch:
             self.seconds = time.monotonic() - self._started
 
     def _explore(self) -> None:
-        initial = self.packed.initial
-        if self.pairs is not None:
-            initial = self.pairs.join(initial.reshape(1, -1), np.array([self.pairs.root]))
-        self._insert(initial.copy(), 1)
+        if not self._resumed():
+            initial = self.packed.initial
+            if self.pairs is not None:
+                initial = self.pairs.join(initial.reshape(1, -1), np.array([self.pairs.root]))
+            self._insert(initial.copy(), 1)
+            self._at = Position(end=self.visited.known)
         while not self.complete and self.stop is None:
             self._explore_level(self.levels[-1])
 
     def _explore_level(self, start: int) -> None:
-        moved = np.zeros(0, dtype=np.uint8)
-        divergence = False
-        if len(self.packed.tau.items):
-            moved, taus = self._close_under_tau(start)
-            self.has_tau |= taus > 0
-            if taus and self._look_for_divergence:
-                divergence = self._has_tau_cycle(start)
-        end = self.visited.known
-        self._expand(self.packed.visible, start, end, visible=True, start=start, moved=moved)
-        self._finish_level(end, divergence)
+        """Explore a level, from where the search is in it."""
+        at = self._at
+        if not at.visible:
+            if len(self.packed.tau.items):
+                self._close_under_tau(start)
+                taus = self._all_transitions() - at.before
+                self.has_tau |= taus > 0
+                if taus and self._look_for_divergence:
+                    at.divergence = self._has_tau_cycle(start)
+            at.visible, at.first, at.end = True, start, self.visited.known
+        self._expand(self.packed.visible, visible=True, start=start)
+        self._finish_level(at.end, at.divergence)
+        self._at = Position(done=at.end, first=at.end, end=self.visited.known, before=self._all_transitions())
 
-    def _close_under_tau(self, start: int) -> tuple[UInt8Array, int]:
-        """Add all states that taus lead to from the level; which rows have taus, and how many taus there are."""
-        moved = np.zeros(0, dtype=np.uint8)
-        before = self._all_transitions()
-        done = start
-        while done < self.visited.known:
-            wave = self.visited.known
-            grown = np.zeros(wave - start, dtype=np.uint8)
-            grown[: len(moved)] = moved
-            moved = grown
-            self._level_bytes = moved.nbytes
-            self._expand(self.packed.tau, done, wave, visible=False, start=start, moved=moved)
-            done = wave
-        return moved, self._all_transitions() - before
+    def _close_under_tau(self, start: int) -> None:
+        """Add all states that taus lead to from the level, wave by wave, and note which rows have taus."""
+        at = self._at
+        while at.done < self.visited.known:
+            if len(at.moved) < at.end - start:
+                grown = np.zeros(at.end - start, dtype=np.uint8)
+                grown[: len(at.moved)] = at.moved
+                at.moved = grown
+            self._level_bytes = at.moved.nbytes
+            self._expand(self.packed.tau, visible=False, start=start)
+            at.done = at.first = at.end
+            at.end = self.visited.known
+
+    def _resumed(self) -> bool:
+        """Take up the search where it was written down, if it was."""
+        found = None if self._checkpoint is None else self._checkpoint.load(self.visited.stride)
+        if found is None:
+            return False
+        assert self._checkpoint is not None
+        tally, at = found
+        if not self.visited.take(self._kernels, tally.known, self._checkpoint.fill):
+            return False
+        self._at = at
+        self._worker.transitions = tally.transitions
+        self._earlier_deadlocks, self._earlier_violated = tally.deadlocks, tally.violated
+        self._earlier_branching = tally.branching
+        self.levels, self.has_tau = tally.levels, tally.has_tau
+        self.transitions = self._at.before
+        self.deadlock_level, self.divergence_level = tally.deadlock_level, tally.divergence_level
+        self.violation_level = tally.violation_level
+        self._note_peak()
+        return True
+
+    def _write_checkpoint(self) -> None:
+        """Write down where the search is: between two runs of rows everything that was found is in place."""
+        assert self._checkpoint is not None
+        workers = [self._worker, *(self._crew.workers if self._crew else ())]
+        tally = Tally(
+            self.visited.known,
+            self.levels,
+            self._all_transitions(),
+            self._earlier_deadlocks + sum(worker.deadlocks for worker in workers),
+            self._earlier_violated | functools.reduce(operator.or_, (int(worker.violated) for worker in workers)),
+            self.branching,
+            self.has_tau,
+            self.deadlock_level,
+            self.divergence_level,
+            self.violation_level,
+        )
+        self._checkpoint.write(self.visited.rows, self.visited.stride, tally, self._at)
 
     def _finish_level(self, end: int, divergence: bool) -> None:
         limit = self._limits.states
@@ -168,8 +220,9 @@ class LevelSearch:
             raise Stopped("states")
         level = len(self.levels) - 1
         workers = [self._worker, *(self._crew.workers if self._crew else ())]
-        deadlocks = sum(worker.deadlocks for worker in workers)
-        violated = any(worker.violated for worker in workers) or (divergence and self.pairs is not None)
+        deadlocks = self._earlier_deadlocks + sum(worker.deadlocks for worker in workers)
+        violated = self._earlier_violated or any(worker.violated for worker in workers)
+        violated = violated or (divergence and self.pairs is not None)
         self.levels.append(end)
         self.transitions = self._all_transitions()
         if divergence and self.divergence_level is None:
@@ -190,23 +243,26 @@ class LevelSearch:
     def _all_transitions(self) -> int:
         return self._worker.transitions + (self._crew.transitions if self._crew else 0)
 
-    def _expand(self, index: Index, first: int, last: int, *, visible: bool, start: int, moved: UInt8Array) -> None:
-        """Expand the rows *first* to *last* and add their successors to the visited states."""
-        if not len(index.items) and not visible:
-            return
-        step = Step(index, visible, self.visited.rows, start, moved)
-        while first < last:
+    def _expand(self, index: Index, *, visible: bool, start: int) -> None:
+        """Expand the rows from where the search is to the end there, and add their successors to the visited states."""
+        at, last = self._at, self._at.end
+        step = Step(index, visible, self.visited.rows, start, at.moved)
+        while at.first < last:
+            first = at.first
             self._check(last - first)
+            if self._checkpoint is not None and self._checkpoint.is_due():
+                self._write_checkpoint()
             if self._workers > 1 and last - first >= PARALLEL_ROWS and (self._crew is None or self._crew.divided):
-                first = self._share(step, first, last)
+                at.first = self._share(step, first, last)
                 continue
             most = CAPACITY if self._kernels.compiled else INTERPRETED_ROWS
             until = min(last, first + most)
             step.rows = self.visited.rows
             if self.pairs is not None:
                 self.pairs.prepare(step.rows, first, until)
-            first = self._worker.produce(self._kernels, step, first, until)
+            reached = self._worker.produce(self._kernels, step, first, until)
             self._insert(self._worker.expander.targets, self._worker.expander.count)
+            at.first = reached
 
     def _share(self, step: Step, first: int, last: int) -> int:
         """Expand rows with all workers; the first row that was left."""
@@ -260,10 +316,15 @@ class LevelSearch:
         limits, now = self._limits, time.monotonic()
         if limits.states is not None and self.visited.known > limits.states:
             raise Stopped("states")
+        reached: StopReason | None = None
         if limits.seconds is not None and now - self._started > limits.seconds:
-            raise Stopped("seconds")
-        if limits.memory_bytes is not None and self._other_bytes() + self.visited.bytes > limits.memory_bytes:
-            raise Stopped("memory")
+            reached = "seconds"
+        elif limits.memory_bytes is not None and self._other_bytes() + self.visited.bytes > limits.memory_bytes:
+            reached = "memory"
+        if reached is not None:
+            if self._checkpoint is not None:
+                self._write_checkpoint()
+            raise Stopped(reached)
         if self._progress is not None and now - self._told >= PROGRESS_SECONDS:
             self._told = now
             self._progress(

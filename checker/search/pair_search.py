@@ -16,6 +16,7 @@ from cspcheck.checker.arrays import Int64Array
 from cspcheck.checker.kernels.jit import kernels_for
 from cspcheck.checker.kernels.pairs import REFUSAL
 from cspcheck.checker.packing.packed import PackedNetwork
+from cspcheck.checker.search.checkpoint import Checkpoints
 from cspcheck.checker.search.expansion import Expander
 from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.search.levels import NO_LIMITS, LevelSearch, Progress
@@ -137,6 +138,7 @@ def explore_pairs(
     progress: Callable[[Progress], None] | None = None,
     notify: Callable[[str], None] | None = None,
     compiled: bool | None = None,
+    checkpoints: Checkpoints | None = None,
 ) -> PairExploration:
     """Search the reachable pairs for one that breaks ``specification [model= network``.
 
@@ -156,6 +158,7 @@ def explore_pairs(
         progress=progress,
         notify=notify,
         compiled=compiled,
+        checkpoints=checkpoints,
     )
     search.run()
     return PairExploration(

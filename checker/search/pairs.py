@@ -182,6 +182,11 @@ class Pairs:
             raise OverflowError(f"more than {self._mask:,} nodes of a specification")
         self._starts.reserve(highest + 1)
 
+    @property
+    def is_lazy(self) -> bool:
+        """Whether nodes get their numbers as the search reaches them."""
+        return self._lazy is not None
+
     def join(self, states: Int64Array, nodes: Int64Array) -> Int64Array:
         """Pairs as flat rows, from packed states of shape (pairs, words) and nodes of shape (pairs,)."""
         rows = np.zeros((len(states), self.stride), dtype=np.int64)

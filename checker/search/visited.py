@@ -169,6 +169,22 @@ class Visited:
             enter(0, 1)()
         self.note_peak()
 
+    def take(self, kernels: Kernels, known: int, fill: Callable[[Int64Array], bool]) -> bool:
+        """Hold *known* distinct rows, which were held by another one before, and nothing else.
+
+        *fill* writes them, flat, and says whether it could; if not, nothing is held.
+        """
+        bits = self.bits
+        while (LOAD[0] << bits) // LOAD[1] <= known:
+            bits += 1
+        self.known = 0
+        del self.table
+        self._take_room(bits)
+        filled = fill(self.rows[: known * self.stride])
+        self.known = known if filled else 0
+        self.rebuild(kernels, bits, 0)
+        return filled
+
     def insert(
         self, kernels: Kernels, targets: Int64Array, begin: int, end: int, numbers: Int64Array = NO_NUMBERS
     ) -> int:

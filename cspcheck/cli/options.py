@@ -131,7 +131,17 @@ def settings(options: Mapping[str, Any], overrides: Mapping[str, str]) -> Settin
         view=options["view"],
         outputs=options["outputs"],
         include_roots=options["include_roots"],
+        checkpoint=_checkpoint(options),
+        resume=options["resume"] is not None,
     )
+
+
+def _checkpoint(options: Mapping[str, Any]) -> str | None:
+    """The folder of checkpoints."""
+    if options["checkpoint"] is not None and options["resume"] is not None:
+        raise click.UsageError("`--checkpoint` begins anew and `--resume` goes on: say which")
+    folder = options["resume"] or options["checkpoint"]
+    return None if folder is None else str(folder)
 
 
 def _all(*options: Callable[[F], F]) -> Callable[[F], F]:
@@ -286,8 +296,17 @@ limit_options = _all(
         help="Give up an assertion that needs more than SIZE (512MiB, 8GiB).  [default: 80% of the machine's memory]",
     ),
     click.option("--max-states", type=NUMBER, metavar="N", help="Give up an assertion with more than N states."),
+    click.option(
+        "--checkpoint", type=click.Path(), metavar="FOLDER", help="Write long searches down in FOLDER, every minute."
+    ),
+    click.option(
+        "--resume",
+        type=click.Path(),
+        metavar="FOLDER",
+        help="Go on from the checkpoints in FOLDER.",
+    ),
     click.option("--workers", type=NUMBER, metavar="N", help="Search threads.  [default: the machine's cores]"),
     typecheck_option,
     class_options,
 )
-"""--full, --as-written, --timeout, --max-memory, --max-states, --workers, --no-typecheck, --view, --outputs."""
+"""--full, --as-written, --timeout, --max-memory, --max-states, --checkpoint, --resume, --workers, --typecheck, --view, --outputs."""

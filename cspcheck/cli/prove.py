@@ -31,7 +31,7 @@ FORMATS = ("full", "json")
 @click.command(cls=ConfiguredCommand, short_help="Prove the obligations of classes, or compute a precondition.")
 @files_argument
 @click.option("--class", "owner", metavar="CLASS", help="Only this class.")
-@click.option("--obligation", metavar="NAME", help="Only this kind of obligation, as `invariant preserved`.")
+@click.option("--obligation", metavar="NAME", help="Only this obligation, or this rule of refinement: `correctness`.")
 @click.option("--operation", metavar="OP", help="Only this operation.")
 @click.option("--precondition", metavar="OP", help="Say instead when this operation is possible.")
 @click.option(
@@ -102,11 +102,25 @@ def _classes(specification: core.Specification, options: dict[str, Any]) -> Iter
 
 
 def _findings(script: Script, options: dict[str, Any], settings: Any) -> Iterator[Finding]:
-    from cspcheck.checker.proof.answer import obligation_names, operation_of, specification_of, whole_refinement
+    from cspcheck.checker.proof.answer import (
+        obligation_names,
+        operation_of,
+        rule_of,
+        specification_of,
+        whole_refinement,
+    )
     from cspcheck.checker.proof.obligations import discharge
     from cspcheck.checker.proof.prover import Prover
 
     specification = specification_of(script)
+    rule = rule_of(options["obligation"])
+    if rule is not None:
+        # A rule of refinement: of all refinements that the script asserts, perhaps for one operation.
+        for assertion in script.assertions:
+            for finding in whole_refinement(assertion.node, specification, settings):
+                if finding.obligation == rule and options["operation"] in (None, finding.operation):
+                    yield finding
+        return
     names = obligation_names(options["obligation"], None)
     for model in _classes(specification, options):
         operation = operation_of(model, options["operation"], None).name if options["operation"] else None

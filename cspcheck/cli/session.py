@@ -158,7 +158,13 @@ class Session:
     def _check(self, script: Script, assertions: Sequence[Assertion]) -> None:
         from cspcheck.checking import check, checker_for, covered, drawn, unanswered, unreached
 
-        checker = checker_for(script, self._settings, self.progress)
+        try:
+            checker = checker_for(script, self._settings, self.progress)
+        except ScriptError as error:
+            self.summary.add_broken_script()
+            self._codes.append(Exit.NOT_RUN)
+            self.say(error.diagnostics)
+            return
         for position, assertion in enumerate(assertions):
             started = time.perf_counter()
             try:

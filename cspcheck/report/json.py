@@ -156,6 +156,8 @@ def counterexample_object(counterexample: Counterexample) -> dict[str, Any]:
                 "line": component.line,
                 "offers": list(component.offers),
                 "waiting_for": list(component.waiting_for),
+                "variables": dict(component.variables) or None,
+                "changes": [dict(new) or None for new in component.changes] or None,
             }
             for component in counterexample.components
         ],

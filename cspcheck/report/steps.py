@@ -95,6 +95,9 @@ def folded(lines: list[str], style: Style, whole: bool, hint: str) -> list[str]:
 def _rows(result: Result, counterexample: Counterexample, style: Style) -> Iterator[_Row]:
     theirs = _Specification(counterexample)
     causes = counterexample.causes or (None,) * len(counterexample.trace)
+    beginning = "; ".join(_new_values(counterexample, None))
+    if beginning:
+        yield _Row(who=harmless(beginning))
     for i, (event, cause) in enumerate(zip(counterexample.trace, causes, strict=True)):
         if event != counterexample.tau:
             yield from theirs.internal_steps()
@@ -145,7 +148,18 @@ def _actors(counterexample: Counterexample, position: int) -> str:
     if counterexample.causes and (cause := counterexample.causes[position]) is not None:
         shown.add(cause)
     parts = [(component.name, component.trace[position]) for component in counterexample.components]
-    return names(counterexample, [(name, own) for name, own in parts if own is not None], shown)
+    told = [names(counterexample, [(name, own) for name, own in parts if own is not None], shown)]
+    return "; ".join([text for text in (*told, *_new_values(counterexample, position)) if text])
+
+
+def _new_values(counterexample: Counterexample, position: int | None) -> Iterator[str]:
+    """What the variables of classes are after a step, where they have changed in it; None: at the beginning."""
+    classes = [component for component in counterexample.components if component.variables]
+    for component in classes:
+        new = component.variables if position is None else component.changes[position]
+        if new:
+            values = ", ".join(f"{name} = {value}" for name, value in new.items())
+            yield values if len(classes) == 1 else f"{component.name}: {values}"
 
 
 def names(

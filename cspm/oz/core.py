@@ -553,7 +553,8 @@ class FiniteReading:
 
     ``subject`` is the carrier as an elaborated term (``Real``, ``Nat``, ``All`` of a given type, ``seq ...``, or
     the body of the abbreviation that was named); ``bound`` is the number of elements of a given set or the greatest
-    length of a collection; exactly one of ``values`` and ``bound`` is there.
+    length of a collection; exactly one of ``values`` and ``bound`` is there. ``whole``: a given set has these elements
+    and no others, as in a world that a proof looks at.
     """
 
     subject: Term
@@ -561,6 +562,7 @@ class FiniteReading:
     values: Term | None
     bound: int | None
     span: Span = field(compare=False, repr=False)
+    whole: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

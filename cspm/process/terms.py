@@ -11,7 +11,7 @@ a reference.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from functools import cache
 from typing import Any, ClassVar, Literal, Protocol, TypeAlias
@@ -542,6 +542,18 @@ class Reference(Process):
         return definition.text
 
     @property
+    def name(self) -> str:
+        """The name of what the reference is a state of."""
+        definition: Definition = object.__getattribute__(self, "_definition")
+        return definition.name
+
+    @property
+    def variables(self) -> Mapping[str, str]:
+        """The variables of the state that the reference is."""
+        definition: Definition = object.__getattribute__(self, "_definition")
+        return definition.variables
+
+    @property
     def span(self) -> Span | None:
         """Where the name is defined."""
         definition: Definition = object.__getattribute__(self, "_definition")
@@ -593,6 +605,16 @@ class Definition:
         if not isinstance(text, str):
             text = self._text = text()
         return text
+
+    @property
+    def name(self) -> str:
+        """What is called so whatever its state is: the text, where nothing else is said."""
+        return self.text
+
+    @property
+    def variables(self) -> Mapping[str, str]:
+        """The variables of the state that the reference is, with their values as a person would write them."""
+        return {}
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Definition)

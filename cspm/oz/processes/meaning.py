@@ -16,7 +16,7 @@ not go on: the term is :class:`~cspcheck.cspm.process.terms.Beyond`, and no verd
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from operator import itemgetter
@@ -91,6 +91,8 @@ class DataPart:
         """The event by which the data part agrees to terminate, in every state; None if it never has to."""
         self.visited: dict[State, None] = {}
         """The states that have been looked at, in that order."""
+        self._alike: dict[Process, dict[State, None]] = {}
+        """The states that have been looked at by what they can do."""
         self._operations: list[_Operation] | None = None
 
     @property
@@ -152,6 +154,20 @@ class DataPart:
         Raises:
             Failure: an operation's predicate has no truth value, or an infinite set would have to be gone through.
         """
+        term = self._term(state)
+        self._alike.setdefault(term, {})[state] = None
+        return term
+
+    def variables_of(self, state: State) -> dict[str, str]:
+        """The variables of a state by name; of states that can do the same only those that are the same in all.
+
+        A state that is reached is known by what it can do, so of such states nobody can tell which it is.
+        """
+        alike = self._alike.get(self.reference(state).body(), {state: None})
+        common = [(v, state[i]) for i, v in enumerate(self.variables) if len({other[i] for other in alike}) == 1]
+        return {v.name: show(value, v.type) for v, value in common}
+
+    def _term(self, state: State) -> Process:
         self.visited[state] = None
         branches: dict[int, Process] = {}
         operands: list[Process] = []
@@ -214,6 +230,16 @@ class _StateDefinition(Definition):
     def text(self) -> str:
         """The class with its state."""
         return self.part.text(self.state)
+
+    @property
+    def name(self) -> str:
+        """The class."""
+        return self.part.name
+
+    @property
+    def variables(self) -> Mapping[str, str]:
+        """The variables of the class in this state."""
+        return self.part.variables_of(self.state)
 
     def evaluate(self) -> Process:
         """The term of the state."""

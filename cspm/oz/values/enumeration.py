@@ -308,7 +308,7 @@ def _by_reading(
             name = kind.name
 
             elements = [Element(name, number) for number in range(1, bound + 1)]
-            return Enumeration(lambda frame: elements, (reading,))
+            return Enumeration(lambda frame: elements, () if reading.whole else (reading,))
         if isinstance(kind, core.FreeType):
             return _nested(evaluator, kind.name, bound, reading, scope)
     if isinstance(term, Apply) and term.operator in COLLECTIONS:

@@ -99,6 +99,7 @@ class Evaluator:
     Attributes:
         used: the finite readings that what has been compiled follows, as the script writes them.
         has_left: whether something was met that is outside the finite readings.
+        most_tried: for one question so many values are tried at most.
     """
 
     def __init__(
@@ -109,6 +110,7 @@ class Evaluator:
     ) -> None:
         self.specification = specification
         self.model = model
+        self.most_tried = MOST_TRIED
         self.readings = Readings(specification, self)
         self.used: dict[str, None] = {}
         self.has_left = False
@@ -169,8 +171,8 @@ class Evaluator:
             Failure: too many for one question.
         """
         self._tried += tried
-        if self._tried > MOST_TRIED:
-            raise Failure(messages.too_many_tried(MOST_TRIED), is_limit=True)
+        if self._tried > self.most_tried:
+            raise Failure(messages.too_many_tried(self.most_tried), is_limit=True)
 
     # --- constants -----------------------------------------------------------------------------------------------
 

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from hypothesis import given, settings, strategies as st
 
+from cspcheck.checker.check import Checker
 from cspcheck.checker.explain.specification_run import specification_run
 from cspcheck.checker.verdict import Counterexample
 from cspcheck.cspm.process.events import TICK
 from cspcheck.cspm.process.terms import SKIP, STOP, Process
+from cspcheck.cspm.script import load
+from cspcheck.cspm.source import Source
 from tests.checker.terms import compositions, layered, processes, reference
 from tests.checker.textbook import (
     EVENTS,
@@ -126,3 +129,68 @@ class TestSpecification:
             return
         assert identifiers(found.specification.trace) == identifiers(found.trace)
         assert all(event != TICK for event in identifiers(found.specification.trace)[:-1])
+
+
+LIFT = """
+class Lift
+  chan up : []
+  chan go : [f? : 0..2]
+  main = go -> main [] up -> main
+  state
+    at, target : 0..2
+    other : 0..1
+  init at = 0 and target = 0 and other = 1
+  op go
+    Delta(target)
+    f? : 0..2
+  where
+    target' = f?
+  op up
+    Delta(at)
+  where
+    at < target
+    at' = at + 1
+end
+Once = go?f -> Once [] up -> Stay
+Stay = go?f -> Stay
+assert Once [T= Lift
+"""
+
+
+def test_a_class_is_called_by_its_name_and_shows_what_changes() -> None:
+    loaded = load(Source("lift.csp", LIFT))
+    outcome = Checker(loaded).check(loaded.assertions[0].node)
+
+    found = outcome.counterexample
+    assert found is not None
+    assert found.trace == ("go.2", "up")
+    assert found.event == "up"
+    main, data = found.components
+    assert (main.name, dict(main.variables), main.changes) == ("Lift::main", {}, ())
+    assert data.name == "Lift"
+    assert data.variables == {"at": "0", "target": "0", "other": "1"}
+    assert data.changes == ({"target": "2"}, {"at": "1"})
+
+
+def test_of_states_that_can_do_the_same_only_what_they_share_is_told() -> None:
+    """Which of two such states it is nobody can tell, so what differs in them is not said."""
+    text = """
+class C
+  chan both : []
+  main = both -> main
+  state x, y : 0..1
+  init x = 0 and y = 0
+  op both
+    Delta(x, y)
+  where
+    x' = 0
+    y' = 0 or y' = 1
+end
+assert STOP [T= C
+"""
+    loaded = load(Source("c.csp", text))
+    found = Checker(loaded).check(loaded.assertions[0].node).counterexample
+
+    assert found is not None
+    (data,) = [part for part in found.components if part.name == "C"]
+    assert data.variables == {"x": "0"}

@@ -102,3 +102,16 @@ def test_a_class_that_there_is_not(folder: Path, capsys: pytest.CaptureFixture[s
 def test_nothing_to_prove(folder: Path) -> None:
     (folder / "plain.csp").write_text("P = STOP\n")
     assert run(["prove", "plain.csp"]) == 5
+
+
+def test_a_rule_of_refinement_can_be_picked(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    other = GOOD.replace("class Counter", "class Slow").replace("n < 9", "n < 8")
+    same = "retrieve R between Counter and Slow where\n  Counter.n = Slow.n\nend\nassert Counter [OZ= Slow via R\n"
+    (folder / "two.csp").write_text(GOOD + other + same)
+
+    assert run(["prove", "two.csp", "--obligation", "applicability", "--operation", "up", "--color", "never"]) == 1
+
+    told = capsys.readouterr().out
+    assert [line.split()[0] for line in told.splitlines() if "applicability" in line] == ["✗", "✓"]
+    assert "invariant preserved" not in told
+    assert "correctness" not in told

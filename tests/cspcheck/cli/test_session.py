@@ -345,3 +345,33 @@ def test_a_script_without_assertions_is_told(scripts: Scripts, capsys: pytest.Ca
         "warning[CSP902]: `a.csp` has no assertions\n"
         "  = help: add one, as in `assert P :[deadlock free]`, or use `cspcheck typecheck`\n\n"
     )
+
+
+class TestCheckpoints:
+    def test_a_run_goes_on_where_another_ended(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr("cspcheck.checker.search.checkpoint.EVERY", 0.0)
+        (tmp_path / "s.csp").write_text(
+            "channel a : {0..3}\nP(i) = a.i -> P((i + 1) % 4)\nassert P(0) :[deadlock free]\n"
+        )
+        monkeypatch.chdir(tmp_path)
+        assert run(["s.csp", "--checkpoint", "runs"]) == 0
+        assert list((tmp_path / "runs").glob("*/*.rows"))
+        assert run(["s.csp", "--resume", "runs", "--workers", "1", "--timeout", "5m"]) == 0
+
+    def test_a_folder_of_something_else_is_refused_in_words(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    ) -> None:
+        (tmp_path / "part.csp").write_text("channel a\n")
+        (tmp_path / "s.csp").write_text('include "part.csp"\nassert STOP [T= STOP\n')
+        monkeypatch.chdir(tmp_path)
+        assert run(["s.csp", "--resume", "runs"]) == 2
+        assert "cannot be used for `s.csp`: it has no checkpoints" in capsys.readouterr().err
+        assert run(["s.csp", "--checkpoint", "runs"]) == 0
+        assert run(["s.csp", "--checkpoint", "runs"]) == 2
+        assert "it has checkpoints already" in capsys.readouterr().err
+        assert run(["s.csp", "--resume", "runs", "--full"]) == 2
+        assert "those of another set of options" in capsys.readouterr().err
+        (tmp_path / "part.csp").write_text("channel a, b\n")
+        assert run(["s.csp", "--resume", "runs"]) == 2
+        assert "error[CSP930]" in capsys.readouterr().err
+        assert run(["s.csp", "--resume", "runs", "--checkpoint", "runs"]) == 2

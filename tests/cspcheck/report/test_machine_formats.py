@@ -63,7 +63,9 @@ class TestJson:
                 "causes", "offered", "refusals", "waiting_cycle", "specification",
             ]  # fmt: skip
             for component in result["counterexample"]["components"]:
-                assert list(component) == ["name", "trace", "state", "line", "offers", "waiting_for"]
+                assert list(component) == [
+                    *("name", "trace", "state", "line", "offers", "waiting_for", "variables", "changes")
+                ]
                 assert len(component["trace"]) == len(result["counterexample"]["trace"])
         for diagnostic in document["diagnostics"]:
             assert list(diagnostic) == [
