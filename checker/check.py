@@ -14,7 +14,7 @@ from cspcheck.checker.checks.observed_refinement import ObservedModel, refines_o
 from cspcheck.checker.checks.properties import deadlock_free, divergence_free, has_trace
 from cspcheck.checker.checks.readings import Trace, held_against_readings
 from cspcheck.checker.checks.refinement import refines
-from cspcheck.checker.checks.store import KEPT_BYTES, Machines
+from cspcheck.checker.checks.store import BEGINNING, KEPT_BYTES, Machines
 from cspcheck.checker.explain.replay import ReplayFailure
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.search.checkpoint import Checkpoints
@@ -52,6 +52,10 @@ _FAILURES: dict[Model, FailuresModel] = {"F": "F", "FD": "FD", "V": "F", "VD": "
 """What deadlock freedom and determinism look at in each model: richer models tell no more of them than failures do."""
 
 
+EARLY = (1_000, 8_000)
+"""Where a component has more states than this by itself, as many of the whole are looked at first."""
+
+
 class Checker:
     """Answers assertions about the processes of one script, and shares what they have in common.
 
@@ -63,6 +67,7 @@ class Checker:
         limits: for each assertion; the states are those of each machine that has to be explored for it.
         workers: threads for large searches; by default as many as there are processors.
         full: explore the whole space of every check: nothing is merged, no search ends early.
+        as_written: reduce nothing that the script does not ask to be reduced.
         termination: what a process that has terminated is to ``deadlock free``: a success, or a deadlock as in FDR4.
         progress: called a few times a second during a search.
         notify: called with a line to be shown when kernels have to be compiled first.
@@ -76,6 +81,7 @@ class Checker:
         limits: Limits = Limits(),  # noqa: B008  (immutable)
         workers: int | None = None,
         full: bool = False,
+        as_written: bool = False,
         termination: Termination = "success",
         progress: Callable[[Progress], None] | None = None,
         notify: Callable[[str], None] | None = None,
@@ -89,6 +95,8 @@ class Checker:
         self._machines = Machines(
             workers=workers or os.cpu_count() or 1,
             full=full,
+            # Whoever limits the states of a machine speaks of the machine that the script has.
+            reduces=not as_written and limits.states is None,
             kept_bytes=kept,
             progress=progress,
             notify=notify,
@@ -266,22 +274,44 @@ class Checker:
             check: does it.
             length: for ``has trace`` the number of events, which the beginning may tell all about.
         """
+        if subject is not None and not self._machines.full and budget.limits.states is None:
+            for states in EARLY:
+                try:
+                    self._machines.network(subject, budget, terms=states)
+                    break
+                except Incomplete as incomplete:
+                    if not incomplete.endless:
+                        break
+                    early = self._at_the_beginning(budget, subject, check, length, states)
+                    if early is not None:
+                        return early
         try:
             return self._in_words(check(self._context(budget)))
         except Incomplete as incomplete:
             unknown = budget.outcome(Verdict.UNKNOWN, incomplete.reason, incomplete.states, incomplete.transitions)
             if subject is None or not incomplete.endless:
                 return unknown
+        return self._at_the_beginning(budget, subject, check, length, BEGINNING) or unknown
+
+    def _at_the_beginning(
+        self,
+        budget: Budget,
+        subject: Process,
+        check: Callable[[Context], Outcome],
+        length: int | None,
+        states: int,
+    ) -> Outcome | None:
+        """The outcome that the first *states* of a process tell already; None if they do not. See :meth:`_answered`."""
         try:
-            machines, levels = self._machines.at_the_beginning(subject, budget)
+            machines, levels = self._machines.at_the_beginning(subject, budget, states)
             found = self._in_words(check(Context(machines, self._script.events, budget)))
         except (Incomplete, ReplayFailure):
             # Beyond the levels that are there as a whole the machine has deadlocks that the process does not have.
-            return unknown
+            return None
         told = found.verdict is Verdict.PASS and length is not None and length < levels
         if found.counterexample is not None:
             told = sum(event != found.counterexample.tau for event in found.counterexample.trace) < levels
-        return found if told else unknown
+        return found if told else None
 
     def _in_words(self, outcome: Outcome) -> Outcome:
         """The outcome with the word that the script leaves free for the internal action."""

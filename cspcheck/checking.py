@@ -48,6 +48,7 @@ class Settings:
         limits: where a check gives up, each assertion on its own.
         workers: search threads; None: the machine's cores.
         full: explore the whole state space, without reductions.
+        as_written: only the reductions that the script itself asks for.
         termination: what a process that has terminated is to ``deadlock free``: a ``success``, or a ``deadlock``.
         definitions: top-level constants of the script to override, as CSPm text.
         typecheck: whether types are checked before evaluation.
@@ -63,6 +64,7 @@ class Settings:
     limits: Limits = field(default_factory=Limits)
     workers: int | None = None
     full: bool = False
+    as_written: bool = False
     termination: Termination = "success"
     definitions: Mapping[str, str] = field(default_factory=dict)
     typecheck: bool = True
@@ -248,6 +250,7 @@ class GuardedChecker:
                 limits=self._settings.limits,
                 workers=self._settings.workers,
                 full=self._settings.full,
+                as_written=self._settings.as_written,
                 termination=self._settings.termination,
                 progress=self._watch.progress,
                 notify=self._watch.notify,

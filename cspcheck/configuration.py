@@ -186,6 +186,7 @@ _SETTINGS: dict[str, tuple[str, Callable[[Any], Any]]] = {
     "max-states": ("max_states", _above_zero),
     "workers": ("workers", _above_zero),
     "full": ("full", _flag),
+    "as-written": ("as_written", _flag),
     "termination": ("termination", _one_of(("success", "deadlock"))),
     "typecheck": ("typecheck", _flag),
     "view": ("view", _one_of(("data", "control"))),

@@ -273,8 +273,8 @@ def no_assertion_there(place: str, assertions: Sequence[str]) -> Diagnostic:
     "unknown setting",
     explanation="""
 The table `[tool.cspcheck]` of `pyproject.toml` has a key that cspcheck does not know, so what it is meant to do would
-not be done. The keys are `format`, `timeout`, `max-memory`, `max-states`, `workers`, `full`, `termination`,
-`typecheck`, `view`, `outputs`, `color`, `quiet`, `verbose` and the table `definitions`.
+not be done. The keys are `format`, `timeout`, `max-memory`, `max-states`, `workers`, `full`, `as-written`,
+`termination`, `typecheck`, `view`, `outputs`, `color`, `quiet`, `verbose` and the table `definitions`.
 """,
     example="""
 [tool.cspcheck]

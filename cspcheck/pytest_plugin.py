@@ -147,6 +147,7 @@ def _settings(config: pytest.Config, script: Path | None = None) -> Settings:
             ),
             workers=_positive("--csp-workers", config.getoption("csp_workers")) or said.get("workers"),
             full=config.getoption("csp_full") or said.get("full", False),
+            as_written=said.get("as_written", False),
             termination=said.get("termination", "success"),
             definitions=definitions,
             typecheck=not config.getoption("csp_no_typecheck") and said.get("typecheck", True),

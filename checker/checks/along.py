@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -14,12 +15,17 @@ from cspcheck.checker.explain.behaviour import Behaviour
 from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.search.pair_search import PairExploration
 from cspcheck.checker.search.paths import Step, shortest_path
+from cspcheck.checker.semantics.steps import Row
 from cspcheck.checker.specification.normal_form import NormalForm, Semantics
 from cspcheck.cspm.process.events import TAU, TICK, EventTable
 from cspcheck.cspm.process.terms import Process
 
 EXPLAINED_STATES = 100_000
 """So many states are looked at to explain a failure without compressions."""
+EXPLAINED_TERMS = 2_000
+"""So many states of one component, or along the trace, are looked at as terms for it."""
+SMALL_COMPONENT = 300
+"""Components with fewer states than this are always explained by their network."""
 
 
 def chain(trace: Sequence[int], model: Semantics, *, beyond: bool) -> NormalForm:
@@ -82,18 +88,62 @@ class Along:
         return Behaviour(self.process, self.pairs.packed, self.path(goals), self.events)
 
 
-def along_original(context: Context, process: Process, trace: Sequence[int], model: Semantics) -> Along | None:
+def along_original(
+    context: Context,
+    process: Process,
+    trace: Sequence[int],
+    model: Semantics,
+    goal: Callable[[Row], bool] | None = None,
+) -> Along | None:
     """The states after *trace* of a process whose compressed components have all their states.
 
-    A failure that was found with compressed components is explained by what the components do that the script has.
+    A failure that was found with compressed components is explained by what the components do that the script has:
+    in the network of them where they are small, else in terms, else in the network of large ones.
     None where so many states would have to be looked at that this is not worth while.
+
+    Args:
+        context, process, trace, model: what is followed.
+        goal: tells from its transitions whether a state is what the failure is about. Where the states after the trace
+            are too many, one run to such a state will do.
     """
-    try:
-        narrow = replace(context, budget=context.budget.narrowed(EXPLAINED_STATES))
-        along = Along(narrow, process, trace, model, beyond=True, original=True)
-    except Incomplete:
+    ways: list[Callable[[], Along | None]] = [
+        partial(_in_network, context, process, trace, model, SMALL_COMPONENT),
+        partial(_in_terms, context, process, trace, model),
+        partial(_in_network, context, process, trace, model, EXPLAINED_TERMS),
+    ]
+    if goal is not None:
+        ways.insert(2, partial(_in_terms, context, process, trace, model, goal))
+    for way in ways:
+        try:
+            along = way()
+        except Incomplete:
+            continue
+        if along is not None and along.pairs.complete:
+            return along
+    return None
+
+
+def _in_network(context: Context, process: Process, trace: Sequence[int], model: Semantics, most: int) -> Along:
+    """The states after a trace in the network of components that have at most so many states."""
+    machines, budget = context.machines, context.budget
+    machines.packed(process, budget.narrowed(min(most, EXPLAINED_STATES)), original=True)
+    narrow = replace(context, budget=budget.narrowed(EXPLAINED_STATES))
+    return Along(narrow, process, trace, model, beyond=True, original=True)
+
+
+def _in_terms(
+    context: Context,
+    process: Process,
+    trace: Sequence[int],
+    model: Semantics,
+    goal: Callable[[Row], bool] | None = None,
+) -> Along | None:
+    """The states after a trace as terms; None if there are too many on the way."""
+    budget = context.budget.narrowed(EXPLAINED_STATES)
+    machines = context.machines.along(process, trace, min(EXPLAINED_TERMS, EXPLAINED_STATES), budget, goal)
+    if machines is None:
         return None
-    return along if along.pairs.complete else None
+    return Along(replace(context, machines=machines, budget=budget), process, trace, model, beyond=True)
 
 
 class Offers:

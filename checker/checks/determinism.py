@@ -20,10 +20,15 @@ from cspcheck.checker.budget import Incomplete
 from cspcheck.checker.checks.along import Along, along_original
 from cspcheck.checker.checks.context import Context, in_chunks
 from cspcheck.checker.checks.properties import divergence_found
+from cspcheck.checker.checks.reduced import looked_at
+from cspcheck.checker.checks.reducing import as_they_are, model_for, reduced
+from cspcheck.checker.checks.store import Aim
 from cspcheck.checker.explain.behaviour import visible
 from cspcheck.checker.explain.replay import can_perform, can_refuse
+from cspcheck.checker.kernels.arrays import MAY_BRANCH
 from cspcheck.checker.lts import Lts
-from cspcheck.checker.search.exploration import Exploration
+from cspcheck.checker.packing.packed import PackedNetwork
+from cspcheck.checker.search.exploration import Exploration, explore
 from cspcheck.checker.search.paths import shortest_path
 from cspcheck.checker.specification.acceptances import StateAcceptances
 from cspcheck.checker.specification.normal_form import FailuresModel, NormalForm
@@ -46,7 +51,14 @@ def deterministic(context: Context, process: Process, model: FailuresModel) -> O
     relied on count.
     """
     machines, budget = context.machines, context.budget
-    exploration = machines.exploration(process, "divergence" if model == "FD" else "everything", budget)
+    aim: Aim = "divergence" if model == "FD" else "everything"
+    exploration = machines.first_look(process, aim, budget)
+    if exploration is None and machines.reduces:
+        outcome = _by_rules(context, process, aim) or _reduced(context, process, model)
+        if outcome is not None:
+            return outcome
+    if exploration is None:
+        exploration = machines.exploration(process, aim, budget)
     level = exploration.divergence_level
     if level is not None and model == "FD":
         return _earlier_nondeterminism(context, process, exploration, level) or divergence_found(
@@ -59,10 +71,42 @@ def deterministic(context: Context, process: Process, model: FailuresModel) -> O
         return budget.outcome(Verdict.PASS, None, *counts)
     try:
         lts = machines.lts(process, budget)
-        trace = _against_candidate(context, process, candidate(lts)) if level is None else _by_normal_form(context, lts)
+        packed = machines.packed(process, budget)
+        trace = _against_candidate(context, packed, candidate(lts)) if level is None else _by_normal_form(context, lts)
         counterexample = None if trace is None else _explained(context, process, trace)
     except Incomplete as incomplete:
         raise Incomplete(incomplete.reason, *counts) from None
+    return budget.outcome(Verdict.PASS if trace is None else Verdict.FAIL, None, *counts, counterexample)
+
+
+def _by_rules(context: Context, process: Process, aim: Aim) -> Outcome | None:
+    """A pass where the rules of the network show that there are no taus and no event with two targets, else None."""
+    packed = context.machines.packed(process, context.budget)
+    if packed.network.terminated or len(packed.tau.items) or (packed.rules.care & MAY_BRANCH).any():
+        return None
+    return context.budget.outcome(Verdict.PASS, None, *looked_at(context, process, aim))
+
+
+def _reduced(context: Context, process: Process, model: FailuresModel) -> Outcome | None:
+    """The outcome from a process reduced for this question; None where that does not tell."""
+    budget = context.budget
+    packed = context.machines.packed(process, budget)
+    small = reduced(packed.network, model_for(packed, model), as_they_are, budget)
+    if small is None:
+        return None
+    exploration = explore(small.packed, limits=budget.remaining(), workers=context.machines.workers)
+    if not exploration.complete or exploration.divergence_level is not None:
+        return None
+    counts = small.counts(exploration)
+    if _by_form(exploration):
+        return budget.outcome(Verdict.PASS, None, *counts)
+    try:
+        trace = _against_candidate(context, small.packed, candidate(exploration.to_lts()))
+        counterexample = None if trace is None else _explained(context, process, trace)
+    except Incomplete:
+        if budget.is_over():
+            raise
+        return None
     return budget.outcome(Verdict.PASS if trace is None else Verdict.FAIL, None, *counts, counterexample)
 
 
@@ -91,7 +135,8 @@ def _as_far_as_explored(context: Context, process: Process, exploration: Explora
     if exploration.divergence_level is None and exploration.stop == "states" and exploration.levels[-1]:
         lts = explored_part(exploration)
         try:
-            trace = _against_candidate(context, process, candidate(lts, beyond=lts.states - 1))
+            chosen = candidate(lts, beyond=lts.states - 1)
+            trace = _against_candidate(context, context.machines.packed(process, budget), chosen)
             # Beyond what was explored there may be a shorter trace than one that leads further.
             if trace is not None and len(trace) <= exploration.depth:
                 counterexample = _explained(context, process, trace)
@@ -177,9 +222,9 @@ def candidate(lts: Lts, beyond: int | None = None) -> NormalForm:
     )
 
 
-def _against_candidate(context: Context, process: Process, chosen: NormalForm) -> Trace | None:
+def _against_candidate(context: Context, packed: PackedNetwork, chosen: NormalForm) -> Trace | None:
     """The first trace with nondeterminism, or None; the process must not diverge."""
-    pairs = context.machines.pairs(chosen, process, "F", context.budget, full=False)
+    pairs = context.machines.pairs_of(packed, chosen, "F", context.budget, full=False)
     if pairs.violation_level is not None:
         goals = np.unique(np.array([violation.index for violation in pairs.violations()], dtype=np.int64))
         return visible(shortest_path(pairs, goals))

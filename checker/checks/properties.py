@@ -6,7 +6,7 @@ another process lacks.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,11 +14,14 @@ import numpy as np
 from cspcheck.checker.arrays import BoolArray
 from cspcheck.checker.checks.along import Along, Offers, along_original
 from cspcheck.checker.checks.context import Context, reached
-from cspcheck.checker.explain.behaviour import Behaviour, diverging, visible
+from cspcheck.checker.checks.reduced import reduced_search
+from cspcheck.checker.checks.store import Aim
+from cspcheck.checker.explain.behaviour import deadlocked, diverging, visible
 from cspcheck.checker.explain.replay import can_perform, can_refuse
 from cspcheck.checker.network.network import Network
 from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.search.paths import Step, shortest_path
+from cspcheck.checker.semantics.steps import Row
 from cspcheck.checker.specification.normal_form import FailuresModel, Semantics
 from cspcheck.checker.verdict import TERMINATES, Counterexample, Outcome, Verdict
 from cspcheck.cspm.process.events import TICK
@@ -32,9 +35,14 @@ def deadlock_free(context: Context, process: Process, model: FailuresModel) -> O
     stable states are looked at. Of a deadlock and a divergence after the same trace the deadlock is shown.
     """
     divergence_counts = model == "FD"
-    exploration = context.machines.exploration(
-        process, "deadlock or divergence" if divergence_counts else "deadlock", context.budget
-    )
+    aim: Aim = "deadlock or divergence" if divergence_counts else "deadlock"
+    exploration = context.machines.first_look(process, aim, context.budget)
+    if exploration is None:
+        outcome = reduced_search(context, process, aim)
+        if outcome is not None:
+            ends = outcome.verdict is Verdict.PASS and may_terminate(context.machines.network(process, context.budget))
+            return replace(outcome, remarks=(*outcome.remarks, TERMINATES)) if ends else outcome
+        exploration = context.machines.exploration(process, aim, context.budget)
     levels = (exploration.deadlock_level, exploration.divergence_level if divergence_counts else None)
     level = min((level for level in levels if level is not None), default=None)
     if level is None:
@@ -49,13 +57,13 @@ def deadlock_free(context: Context, process: Process, model: FailuresModel) -> O
     end = reached(exploration, path)
     is_deadlock = end in deadlocks
     shown = exploration
-    along = _along_original(context, process, exploration, path)
+    along = _along_original(context, process, exploration, path, (lambda row: not row) if is_deadlock else None)
     if along is not None:
         last, shown = along.pairs.depth, along.pairs
         path = along.path(shown.deadlocked(last) if is_deadlock else shown.tau_cyclic(last))
         end = reached(shown, path)
     if is_deadlock:
-        counterexample = _deadlock(context, process, shown, path)
+        counterexample = deadlocked(process, shown.packed, path, context.events)
     else:
         counterexample = diverging(process, shown, path, end, context.events)
     return context.budget.outcome(Verdict.FAIL, None, *context.covered(exploration, level), counterexample)
@@ -70,7 +78,12 @@ def may_terminate(network: Network) -> bool:
 
 def divergence_free(context: Context, process: Process) -> Outcome:
     """Whether no reachable state has an infinite path of taus. The same in every model."""
-    exploration = context.machines.exploration(process, "divergence", context.budget)
+    exploration = context.machines.first_look(process, "divergence", context.budget)
+    if exploration is None:
+        outcome = reduced_search(context, process, "divergence")
+        if outcome is not None:
+            return outcome
+        exploration = context.machines.exploration(process, "divergence", context.budget)
     if exploration.divergence_level is None:
         return context.not_found(exploration, "divergence")
     return divergence_found(context, process, exploration, exploration.divergence_level)
@@ -90,26 +103,16 @@ def divergence_found(context: Context, process: Process, exploration: Exploratio
 
 
 def _along_original(
-    context: Context, process: Process, exploration: Exploration, path: tuple[Step, ...]
+    context: Context,
+    process: Process,
+    exploration: Exploration,
+    path: tuple[Step, ...],
+    goal: Callable[[Row], bool] | None = None,
 ) -> Along | None:
     """The states of the components that the script has after the trace of a path with compressed ones."""
     if not exploration.packed.network.is_compressed:
         return None
-    return along_original(context, process, visible(path), "FD")
-
-
-def _deadlock(context: Context, process: Process, exploration: Exploration, path: tuple[Step, ...]) -> Counterexample:
-    behaviour = Behaviour(process, exploration.packed, path, context.events)
-    behaviour.confirm(lambda row: not row, "a deadlock")
-    return Counterexample(
-        "deadlock",
-        behaviour.trace,
-        behaviour.causes,
-        refusal=behaviour.alphabet(),
-        components=behaviour.components(),
-        run=behaviour.run,
-        waiting_cycle=behaviour.waiting_cycle(),
-    )
+    return along_original(context, process, visible(path), "FD", goal)
 
 
 def has_trace(context: Context, process: Process, trace: Sequence[int], model: Semantics) -> Outcome:

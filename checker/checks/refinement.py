@@ -12,12 +12,14 @@ import numpy as np
 
 from cspcheck.checker.checks.along import along_original
 from cspcheck.checker.checks.context import Context, reached
-from cspcheck.checker.checks.store import Specification
+from cspcheck.checker.checks.reducing import as_they_are, model_for, reduced
+from cspcheck.checker.checks.store import FIRST_LOOK, Specification
 from cspcheck.checker.explain.behaviour import Behaviour, diverging, visible
 from cspcheck.checker.explain.replay import ReplayFailure, can_perform, states_after
 from cspcheck.checker.explain.specification_run import specification_run
 from cspcheck.checker.search.pair_search import PairExploration, Violation
 from cspcheck.checker.search.paths import Step, shortest_path
+from cspcheck.checker.semantics.steps import Row
 from cspcheck.checker.semantics.transitions import offer
 from cspcheck.checker.specification.normal_form import Semantics
 from cspcheck.checker.verdict import Counterexample, Outcome, Verdict
@@ -39,17 +41,49 @@ def refines(context: Context, specification: Process, model: Semantics, implemen
     """
     budget = context.budget
     normal_form = context.machines.specification(specification, model, implementation, budget)
-    pairs = context.machines.pairs(normal_form, implementation, model, budget, full=context.machines.full)
+    pairs = None
+    if context.machines.reduces:
+        few = budget.narrowed(FIRST_LOOK)
+        pairs = context.machines.pairs(normal_form, implementation, model, few, full=False)
+        if not pairs.complete and pairs.violation_level is None:
+            outcome = _reduced(context, specification, normal_form, model, implementation)
+            if outcome is not None:
+                return outcome
+            pairs = None
+    if pairs is None:
+        pairs = context.machines.pairs(normal_form, implementation, model, budget, full=context.machines.full)
     if pairs.violation_level is None:
         return context.not_found(pairs, "violation")
     path, violation = first_violation(pairs)
     node = int(pairs.nodes[violation.index])
     found = _Found(pairs, path, violation)
     if pairs.packed.network.is_compressed:
-        found = _without_compression(context, normal_form, node, implementation, model, found)
+        found = _without_compression(context, normal_form, node, implementation, model, found) or found
     counterexample = _explained(context, specification, normal_form, node, implementation, found)
     states, transitions = int(pairs.levels[-1]), pairs.transitions
     return budget.outcome(Verdict.FAIL, None, states, transitions, counterexample)
+
+
+def _reduced(
+    context: Context, specification: Process, normal_form: Specification, model: Semantics, implementation: Process
+) -> Outcome | None:
+    """The outcome from an implementation reduced for this question; None where that does not tell."""
+    machines, budget = context.machines, context.budget
+    packed = machines.packed(implementation, budget)
+    small = reduced(packed.network, model_for(packed, model), as_they_are, budget)
+    if small is None:
+        return None
+    pairs = machines.pairs_of(small.packed, normal_form, model, budget, full=False)
+    counts = small.counts(pairs)
+    if pairs.violation_level is None:
+        return budget.outcome(Verdict.PASS, None, *counts) if pairs.complete else None
+    path, violation = first_violation(pairs)
+    node = int(pairs.nodes[violation.index])
+    whole = _without_compression(context, normal_form, node, implementation, model, _Found(pairs, path, violation))
+    if whole is None:
+        return None
+    counterexample = _explained(context, specification, normal_form, node, implementation, whole)
+    return budget.outcome(Verdict.FAIL, None, *counts, counterexample)
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,15 +102,22 @@ def _without_compression(
     implementation: Process,
     model: Semantics,
     found: _Found,
-) -> _Found:
-    """The same violation after the same trace by components that are not compressed, if they can be followed there.
+) -> _Found | None:
+    """The same violation after the same trace by components that are not compressed; None if they cannot be followed.
 
     Compressed or not, a process can do, refuse and diverge the same after a trace; the runs differ.
     """
     kind, event = found.violation.kind, found.violation.event
-    along = along_original(context, implementation, visible(found.path), "FD" if model == "FD" else "T")
+    allowed = [frozenset(acceptance) for acceptance in normal_form.acceptances(node)]
+
+    def refuses(row: Row) -> bool:
+        accepted = offer(row)
+        return accepted is not None and not any(least <= accepted for least in allowed)
+
+    goal = {"trace": can_perform(event), "refusal": refuses}.get(kind)
+    along = along_original(context, implementation, visible(found.path), "FD" if model == "FD" else "T", goal)
     if along is None:
-        return found
+        return None
     length = along.pairs.depth
     offers = along.offers(length)
     if kind == "trace":
@@ -84,7 +125,6 @@ def _without_compression(
     elif kind == "divergence":
         goals = along.pairs.tau_cyclic(length)
     else:
-        allowed = [frozenset(acceptance) for acceptance in normal_form.acceptances(node)]
         accepted = [offers.acceptance(place) for place in range(len(offers.indices))]
         refusing = [a is not None and not any(least <= a for least in allowed) for a in accepted]
         goals = offers.indices[np.array(refusing, dtype=np.bool_)]

@@ -8,28 +8,30 @@ answer is kept for the same question only.
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Hashable
-from functools import partial
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import replace
 from typing import Any, Literal
 
 from cspcheck.checker.budget import Budget, Incomplete, coverage
+from cspcheck.checker.checks.machine_terms import MachineTerms
+from cspcheck.checker.checks.reducing import as_they_are, model_for, reduced
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.network.compiler import MOST_TERMS, Compiler, LimitReached
-from cspcheck.checker.network.components import Alone, Joined, joined_machine
-from cspcheck.checker.network.skeleton import compile_single, look_through
+from cspcheck.checker.network.network import Network
+from cspcheck.checker.network.skeleton import compile_single
 from cspcheck.checker.packing.packed import PackedNetwork, pack
-from cspcheck.checker.reduction.compression import COMPRESSIONS
 from cspcheck.checker.search.checkpoint import Checkpoints
 from cspcheck.checker.search.exploration import Exploration, Progress, explore
 from cspcheck.checker.search.pair_search import PairExploration, explore_pairs
-from cspcheck.checker.semantics.beginning import beginning
+from cspcheck.checker.semantics.beginning import along, beginning, one_run
+from cspcheck.checker.semantics.steps import Row
+from cspcheck.checker.semantics.transitions import Explored
 from cspcheck.checker.specification.lazy import LazySpecification
 from cspcheck.checker.specification.normal_form import NormalForm, Semantics
 from cspcheck.checker.specification.normalisation import is_deterministic, normalise
 from cspcheck.checker.specification.normaliser import Normaliser
-from cspcheck.checker.verdict import Limits
 from cspcheck.cspm.interruption import during
-from cspcheck.cspm.process.terms import Compressed, Process
+from cspcheck.cspm.process.terms import Process
 
 Aim = Literal["everything", "deadlock", "deadlock or divergence", "divergence"]
 """What an exploration looks for; it may end at the first level that has it."""
@@ -43,6 +45,12 @@ KEPT_BYTES = 1 << 30
 BEGINNING = 20_000
 """So many states of a process without end are looked at for something that is wrong early on."""
 
+MANY_COMPONENTS = 256
+"""A process of more components is reduced at once where the question allows it: to lay out its states takes longer."""
+
+FIRST_LOOK = 2_000
+"""So many states are looked at before a process is reduced: what is found among them is told by the shortest run."""
+
 WHOLE_NORMAL_FORM = 50_000
 """Normal forms of more nodes than this are extended node by node as the search reaches them."""
 
@@ -53,6 +61,7 @@ class Machines:
     Args:
         workers: threads for large searches.
         full: explore everything, end nothing early, merge nothing.
+        reduces: whether processes may be reduced although the script does not ask for it.
         kept_bytes: how much to keep for later.
         progress, notify, checkpoints: handed to the searches.
     """
@@ -62,6 +71,7 @@ class Machines:
         *,
         workers: int = 1,
         full: bool = False,
+        reduces: bool = True,
         kept_bytes: int = KEPT_BYTES,
         progress: Callable[[Progress], None] | None = None,
         notify: Callable[[str], None] | None = None,
@@ -69,13 +79,13 @@ class Machines:
     ) -> None:
         self.workers = workers
         self.full = full
+        self.reduces = reduces and not full
         self._kept_bytes = kept_bytes
         self._progress = progress
         self._notify = notify
+        self._terms = MachineTerms(self._listed)
         self._checkpoints = checkpoints
-        self._compiler = Compiler()
         self._beginnings: dict[Process, PackedNetwork] = {}
-        self._too_large: set[tuple[Compressed, Limits]] = set()
         self._kept: OrderedDict[Hashable, tuple[Any, int]] = OrderedDict()
 
     def packed(self, process: Process, budget: Budget, *, original: bool = False) -> PackedNetwork:
@@ -96,59 +106,116 @@ class Machines:
         key = ("packed", process, original)
         found: PackedNetwork | None = self._find(key)
         if found is None:
-            compress = look_through if original else partial(self._compressed, budget)
-
-            try:
-                with during("building the machine of the process", vague=True):
-                    found = pack(
-                        self._compiler.network(process, budget.limits, lambda _: budget.check_time(), compress)
-                    )
-            except LimitReached as reached:
-                raise Incomplete(budget.too_many_terms(reached), reached.states, endless=True) from None
+            with during("building the machine of the process", vague=True):
+                found = pack(self.network(process, budget, original=original))
             if not original and not found.network.is_compressed:
                 self._keep(("packed", process, True), found, 0)
             self._keep(key, found, 0)
         return found
 
-    def at_the_beginning(self, process: Process, budget: Budget) -> tuple[Machines, int]:
+    def network(self, process: Process, budget: Budget, *, original: bool = False, terms: int | None = None) -> Network:
+        """The network of a process; see :meth:`packed`.
+
+        Args:
+            process, budget, original: as there.
+            terms: how many states of a component are looked at, if not as many as may be.
+        """
+        original = original or self.full
+        packed: PackedNetwork | None = self._find(("packed", process, original))
+        if packed is not None:
+            return packed.network
+        key = ("network", process, original)
+        found: Network | None = self._find(key)
+        if found is None:
+            compiler = self._terms.original if original else self._terms.compiler
+            self._terms.budget = budget
+            limits = budget.limits
+            if terms is not None and (limits.states is None or terms < limits.states):
+                limits = replace(limits, states=terms)
+            try:
+                found = compiler.network(process, limits, lambda _: budget.check_time())
+            except LimitReached as reached:
+                raise Incomplete(budget.too_many_terms(reached), reached.states, endless=True) from None
+            self._keep(key, found, 0)
+        return found
+
+    def at_the_beginning(self, process: Process, budget: Budget, states: int = BEGINNING) -> tuple[Machines, int]:
         """Machines for which *process* is what it can do within its first levels, and how many these are.
+
+        So many *states* are looked at.
 
         They share nothing with these, so that nothing of the rest is taken for what it is not.
         """
-        most = BEGINNING if budget.limits.states is None else min(BEGINNING, budget.limits.states)
+        most = states if budget.limits.states is None else min(states, budget.limits.states)
         with during("looking at the beginning of the process"):
             found = beginning(process, most, lambda _: budget.check_time())
-        others = Machines(workers=self.workers, full=self.full, progress=self._progress, notify=self._notify)
-        others._beginnings[process] = pack(compile_single(process, found.machine))
-        return others, found.levels
+        return self._of_part(process, found.machine), found.levels
 
-    def _compressed(self, budget: Budget, term: Compressed, role: Alone | Joined) -> Lts | None:
-        """The machine of a compressed process in a role; None where its operand is too large to be explored by itself.
+    def along(
+        self, process: Process, trace: Sequence[int], most: int, budget: Budget, goal: Callable[[Row], bool] | None
+    ) -> Machines | None:
+        """Machines for which *process* is what its terms can do along a trace; None if that is more than *most* states.
 
-        The operand may have no end by itself and yet have one in company, so a limit that is reached here is none of
-        the whole.
+        They share nothing with these.
+
+        Args:
+            process, trace, most, budget: what is followed, and how far.
+            goal: if given, one run is enough that ends in a state with such transitions.
+        """
+
+        def poll(_: int) -> None:
+            budget.check_time("following a trace")
+
+        found = along(process, trace, most, poll) if goal is None else one_run(process, trace, goal, most, poll)
+        return None if found is None else self._of_part(process, found)
+
+    def _of_part(self, process: Process, part: Explored) -> Machines:
+        """Machines for which *process* is a part of what it is."""
+        others = Machines(
+            workers=self.workers, full=self.full, reduces=False, progress=self._progress, notify=self._notify
+        )
+        others._beginnings[process] = pack(compile_single(process, part))
+        return others
+
+    def _listed(self, compiler: Compiler, process: Process, budget: Budget) -> Lts:
+        """The explicit machine of a part of a process, which is not kept.
 
         Raises:
-            Incomplete: the time is over.
+            Incomplete: a limit was reached.
+            LimitReached: a component has more states than the limit.
         """
-        key = ("compressed", term, role)
-        found: Lts | None = self._find(key)
+        exploration = explore(
+            pack(compiler.network(process, budget.limits, lambda _: budget.check_time())),
+            limits=budget.remaining(),
+            workers=self.workers,
+            look_for_divergence=False,
+            notify=self._notify,
+        )
+        if not exploration.complete:
+            raise Incomplete(budget.reached(exploration), exploration.levels[-1], exploration.transitions)
+        return exploration.to_lts()
+
+    def first_look(self, process: Process, aim: Aim, budget: Budget) -> Exploration | None:
+        """The exploration of a process that needs few states; None if it is better reduced before it is searched on."""
+        if not self.reduces:
+            return None
+        whole: Exploration | None = self._find(("exploration", process, "everything", False))
+        if whole is not None and whole.complete:
+            return whole
+        if aim == "deadlock" and len(self.network(process, budget).slots) > MANY_COMPONENTS:
+            return None
+        key = ("first look", process, aim)
+        found: Exploration | None = self._find(key)
         if found is None:
-            if (term, budget.limits) in self._too_large:
-                return None
-            try:
-                lts = self.lts(term.process, budget)
-                with during(f"applying `{term.function}` to a component of {lts.states:,} states"):
-                    budget.check_time()
-                    found = COMPRESSIONS[term.function](
-                        joined_machine(lts, role.clocks) if isinstance(role, Joined) else lts
-                    )
-            except Incomplete:
-                if budget.is_over():
-                    raise
-                self._too_large.add((term, budget.limits))
-                return None
-            self._keep(key, found, found.offsets.nbytes + 2 * found.labels.nbytes)
+            few = budget.narrowed(FIRST_LOOK)
+            found = self._explored(self.packed(process, budget), aim, few)
+            if found.stop in (None, "found", "states"):
+                self._keep(key, found, found.peak_memory_bytes)
+        return found if found.complete or found.stop == "found" else None
+
+    def looked_at(self, process: Process, aim: Aim) -> Exploration | None:
+        """What a first look without an answer has seen of a process."""
+        found: Exploration | None = self._find(("first look", process, aim))
         return found
 
     def exploration(self, process: Process, aim: Aim, budget: Budget, *, original: bool = False) -> Exploration:
@@ -183,6 +250,17 @@ class Machines:
                 self._keep(key, found, found.peak_memory_bytes)
         budget.used(found.peak_memory_bytes)
         return found
+
+    def _explored(self, packed: PackedNetwork, aim: Aim, budget: Budget) -> Exploration:
+        return explore(
+            packed,
+            limits=budget.remaining(),
+            workers=self.workers,
+            stop_at_deadlock="deadlock" in aim,
+            stop_at_divergence="divergence" in aim,
+            progress=self._progress,
+            notify=self._notify,
+        )
 
     def _differs(self, process: Process) -> bool:
         """Whether a process may have more states than it has with its components compressed."""
@@ -245,7 +323,7 @@ class Machines:
         found: NormalForm | Normaliser | None = self._find(key)
         if found is None:
             try:
-                lts = self.lts(process, budget, " in the specification")
+                lts = self._specified(process, model, budget)
             except Incomplete as incomplete:
                 if budget.is_over():
                     raise
@@ -264,6 +342,21 @@ class Machines:
             self._keep(key, found, _size(found))
         budget.used(_size(found))
         return found
+
+    def _specified(self, process: Process, model: Semantics, budget: Budget) -> Lts:
+        """The machine of a specification, or a smaller one that says the same.
+
+        Raises:
+            Incomplete: a limit was reached.
+        """
+        if self.reduces and self.first_look(process, "everything", budget) is None:
+            packed = self.packed(process, budget)
+            small = reduced(packed.network, model_for(packed, model), as_they_are, budget)
+            if small is not None:
+                exploration = self._explored(small.packed, "everything", budget)
+                if exploration.complete:
+                    return exploration.to_lts()
+        return self.lts(process, budget, " in the specification")
 
     def pairs(
         self,
@@ -286,8 +379,14 @@ class Machines:
         Raises:
             Incomplete: a lazy specification ran into a limit.
         """
+        return self.pairs_of(self.packed(process, budget, original=original), specification, model, budget, full=full)
+
+    def pairs_of(
+        self, packed: PackedNetwork, specification: Specification, model: Semantics, budget: Budget, *, full: bool
+    ) -> PairExploration:
+        """The reachable pairs of a specification's node and a state of a network; see :meth:`pairs`."""
         found = explore_pairs(
-            self.packed(process, budget, original=original),
+            packed,
             specification,
             model,
             full=full,

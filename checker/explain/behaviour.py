@@ -23,7 +23,7 @@ from cspcheck.cspm.process.events import FIRST_EVENT, TAU, TICK, EventTable
 from cspcheck.cspm.process.terms import STOP, Process
 from cspcheck.cspm.process.text import describe
 
-REPLAYED_COMPONENT = 20_000
+REPLAYED_COMPONENT = 5_000
 """A compressed component is replayed if no more states than this of its operand must be looked at."""
 
 
@@ -69,7 +69,8 @@ class Behaviour:
     @property
     def causes(self) -> tuple[str | None, ...]:
         """For each step the event that was hidden in it, if one was."""
-        inside = self._told.causes if self._told is not None else (None,) * len(self.path)
+        inside = self._told.causes if self._told is not None and self._has_own_taus(self.path) else ()
+        inside = inside or (None,) * len(self.path)
         causes = [self._cause(step, told) for step, told in zip(self.path, inside, strict=True)]
         return tuple(None if cause is None else self.events.name(cause) for cause in causes)
 
@@ -80,7 +81,8 @@ class Behaviour:
 
     def loop_names(self, loop: Sequence[Step]) -> tuple[str, ...]:
         """A cycle of taus by what was hidden in them; the word for tau where nothing was."""
-        inside = self._told.loop_causes if self._told is not None else (None,) * len(loop)
+        inside = self._told.loop_causes if self._told is not None and self._has_own_taus(loop) else ()
+        inside = inside or (None,) * len(loop)
         causes = [self._cause(step, told) for step, told in zip(loop, inside, strict=True)]
         return tuple(self.events.tau if cause is None else self.events.name(cause) for cause in causes)
 
@@ -138,10 +140,12 @@ class Behaviour:
             ReplayFailure: a component does not behave like that.
         """
         network = self.packed.network
+        if network.formats > 1:
+            return  # which terms came and went in a slot is not told by its labels
         final = self._local_states()
         for number, slot in enumerate(network.slots):
             labels = [label for step in (*self.path, *loop) for label in self._labels(number, step) if label != TAU]
-            process = slot.terms[0] if slot.compressed is None else slot.compressed.process
+            process = slot.terms[0] if slot.compressed is None else slot.compressed
             rows = states_after(process, labels, REPLAYED_COMPONENT)
             if rows is None:
                 continue
@@ -221,6 +225,11 @@ class Behaviour:
     def _slot_names(self) -> list[str]:
         return distinct_names(slot.name for slot in self.packed.network.slots)
 
+    def _has_own_taus(self, steps: Iterable[Step]) -> bool:
+        """Whether some tau is a component's own, so that only the terms can tell what was hidden in it."""
+        rules = self.packed.network.rules
+        return any(step.event == TAU and rules[step.rule].cause in (TAU, TICK) for step in steps)
+
     def _cause(self, step: Step, inside: int | None) -> int | None:
         """What was hidden in a tau: by the rules, or inside a component."""
         if step.event != TAU:
@@ -261,6 +270,21 @@ class Behaviour:
             if switch is not None:
                 current = switch.format
         return current
+
+
+def deadlocked(process: Process, packed: PackedNetwork, path: tuple[Step, ...], events: EventTable) -> Counterexample:
+    """A path to a deadlock."""
+    behaviour = Behaviour(process, packed, path, events)
+    behaviour.confirm(lambda row: not row, "a deadlock")
+    return Counterexample(
+        "deadlock",
+        behaviour.trace,
+        behaviour.causes,
+        refusal=behaviour.alphabet(),
+        components=behaviour.components(),
+        run=behaviour.run,
+        waiting_cycle=behaviour.waiting_cycle(),
+    )
 
 
 def diverging(

@@ -12,7 +12,7 @@ from cspcheck.cspm.process.terms import Process
 from cspcheck.cspm.process.text import describe
 from cspcheck.cspm.recursion import deep_recursion
 
-LOOKED_AT = 5_000
+LOOKED_AT = 2_000
 """States of the specification that are looked at; what needs more has no run told."""
 
 _Back = dict[Process, tuple[Process, int] | None]

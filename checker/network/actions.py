@@ -82,8 +82,14 @@ def parallel(events: EventSet, operands: Sequence[Sequence[Action]]) -> list[Act
 def alphabetised(alphabets: Sequence[EventSet], operands: Sequence[Sequence[Action]]) -> list[Action]:
     """The actions of ``P [A || B] Q`` and its n-ary form: an operand performs nothing outside its alphabet."""
     done, offers = _separated(operands, lambda i, event: True)
+    sharing: dict[int, list[int]] = {event: [] for event in offers}
+    for i, events in enumerate(alphabets):
+        # Of many alphabets each is small as a rule, and there are many events.
+        for event in events if len(events) < len(offers) else [event for event in offers if event in events]:
+            if event in sharing:
+                sharing[event].append(i)
     for event, by_operand in offers.items():
-        _combine(done, event, [by_operand.get(i, ()) for i, events in enumerate(alphabets) if event in events])
+        _combine(done, event, [by_operand.get(i, ()) for i in sharing[event]])
     return done
 
 

@@ -23,19 +23,21 @@ from cspcheck.checker.network.priority import at_the_top
 from cspcheck.checker.network.shapes import Ambiguous, Parts, Unsuited
 from cspcheck.checker.network.skeleton import (
     Component,
-    Compress,
+    Explore,
     compile_single,
     compile_skeleton,
     is_component,
-    look_through,
 )
 from cspcheck.checker.semantics.growth import too_many
+from cspcheck.checker.semantics.machine_states import MachineParts
 from cspcheck.checker.semantics.transitions import Explored, LimitReached, MoreStates, Poll, Semantics
 from cspcheck.checker.verdict import Limits
-from cspcheck.cspm.process.terms import Process
+from cspcheck.cspm.process.terms import MachineState, Process
 
 __all__ = ["MOST_TERMS", "SLOT_STATES", "Compiler", "LimitReached", "compile_network"]
 
+FEW = (24, 256)
+"""A component with more states than this by itself is left, to see whether the whole has as many."""
 SMALL = 2_000
 """A component with parallel parts and more states than this is taken apart if it can be."""
 SLOT_STATES = 20_000
@@ -51,12 +53,14 @@ class Compiler:
 
     Args:
         slot_states: how far a component is explored before other ways are tried.
+        semantics: the transitions of terms; by default as the operators say.
     """
 
-    def __init__(self, *, slot_states: int = SLOT_STATES) -> None:
-        self.semantics = Semantics()
+    def __init__(self, *, slot_states: int = SLOT_STATES, semantics: Semantics | None = None) -> None:
+        self.semantics = semantics or Semantics()
         self._slot_states = slot_states
         self._machines = Machines(self.semantics)
+        self._has_machines = MachineParts()
         self._has_parts = Parts()
 
     def network(
@@ -64,7 +68,6 @@ class Compiler:
         process: Process,
         limits: Limits = Limits(),  # noqa: B008
         poll: Poll | None = None,
-        compress: Compress = look_through,
     ) -> Network:
         """The network that has the states and transitions of *process*.
 
@@ -73,21 +76,22 @@ class Compiler:
             limits: ``states`` and ``memory_bytes`` also bound what is explored as terms; if ``states`` is None,
                 no more than ``MOST_TERMS`` are.
             poll: called now and then with a number of states explored as terms; what it raises ends the work.
-            compress: gives the machines of compressed components; without it the network has all states of *process*.
 
         Raises:
             LimitReached: a component, or what fits no network, has more states than the limit.
             ScriptError: a definition calls itself before any event, or cannot be evaluated.
         """
         most = min(MOST_TERMS if limits.states is None else limits.states, _terms_in(limits.memory_bytes))
+        # Machines of parts are compiled in the middle of the compilation of the whole.
+        outer = self._machines.poll
         self._machines.poll = poll
         self.semantics.state(process)
         try:
-            return self._prioritised(process, most) or self._network(process, most, compress)
+            return self._prioritised(process, most) or self._network(process, most)
         except TooManyActions:
             return self._single(process, most)
         finally:
-            self._machines.poll = None
+            self._machines.poll = outer
 
     def _prioritised(self, process: Process, most: int) -> Network | None:
         """The network of a priority over a composition, with the rules of the composition; None if it is no such thing.
@@ -95,21 +99,32 @@ class Compiler:
         Compressions inside are looked through: most of them change what a priority sees.
         """
         priority = at_the_top(process)
-        if priority is None or not self._has_parts(self.semantics.state(priority.operand)):
+        if priority is None or isinstance(self.semantics.state(process), MachineState):
+            return None
+        plain = Compiler(slot_states=self._slot_states)
+        if not self._has_parts(plain.semantics.state(priority.operand)):
             return None
         try:
-            return priority.over(self._network(priority.operand, most, look_through))
+            return priority.over(plain._network(priority.operand, most))
         except (TooManyActions, LimitReached):
             # Without the priority there may be no end to it.
             return None
 
-    def _network(self, process: Process, most: int, compress: Compress) -> Network:
+    def _network(self, process: Process, most: int) -> Network:
         slot_states = min(self._slot_states, most)
         small = min(SMALL, slot_states)
+        # The whole and its parts in turns: a part that has no end, or nearly none, may get nowhere in company.
+        for few in FEW:
+            try:
+                return self._composed(process, min(few, small))
+            except _TooLarge:
+                if not is_component(process):
+                    try:
+                        return self._single(process, min(few, small))
+                    except LimitReached:
+                        pass
         try:
-            return compile_skeleton(
-                process, lambda component: self._without_parts(component, small, slot_states), compress
-            )
+            return self._skeleton(process, lambda component: self._without_parts(component, small, slot_states))
         except _TooLarge as large:
             has_parts = large.has_parts
         if has_parts:
@@ -118,7 +133,7 @@ class Compiler:
             except Unsuited:
                 pass
             try:
-                return self._composed(process, slot_states, compress)
+                return self._composed(process, slot_states)
             except _TooLarge:
                 pass
         # A component may be endless by itself and not in company: a counter that the others keep in bounds.
@@ -128,13 +143,20 @@ class Compiler:
             except LimitReached:
                 pass
         try:
-            return self._composed(process, most, compress)
+            return self._composed(process, most)
         except _TooLarge as large:
             raise too_many(large.component.process, large.terms, self.semantics.heads) from None
 
-    def _composed(self, process: Process, most: int, compress: Compress) -> Network:
+    def _composed(self, process: Process, most: int) -> Network:
         """The network of one format, whose components have at most so many states."""
-        return compile_skeleton(process, lambda component: self._explored(component, most), compress)
+        return self._skeleton(process, lambda component: self._explored(component, most))
+
+    def _skeleton(self, process: Process, explore: Explore) -> Network:
+        return compile_skeleton(process, explore, self._is_machine, self._has_machines)
+
+    def _is_machine(self, process: Process) -> bool:
+        """Whether a compressed process runs as a machine."""
+        return isinstance(self.semantics.state(process), MachineState)
 
     def _of_formats(self, process: Process, small: int) -> Network:
         """The network of formats."""
@@ -142,7 +164,7 @@ class Compiler:
             formats = Formats(process, self.semantics, self._machines, small, SLOT_STATES)
         except Ambiguous:
             formats = Formats(process, self.semantics, self._machines, 0, SLOT_STATES)
-        return network_of(formats, self.semantics.heads)
+        return network_of(formats, self.semantics.heads, self._has_machines)
 
     def _without_parts(self, component: Component, small: int, most: int) -> Explored:
         """The machine of a component, which may have *most* states; with parallel parts inside only *small*."""
@@ -165,7 +187,7 @@ class Compiler:
             machine = self._machines.of(self.semantics.state(process), ALONE, most)
         except MoreStates as more:
             raise too_many(process, more.terms, self.semantics.heads) from None
-        return compile_single(process, machine)
+        return compile_single(process, machine, self._has_machines)
 
 
 def _terms_in(memory_bytes: int | None) -> int:

@@ -8,19 +8,20 @@ runs only until its first visible event.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from cspcheck.checker.lts import Lts, machine, reachable
 from cspcheck.checker.semantics.growth import so_far
+from cspcheck.checker.semantics.machine_states import ExplicitMachine
 from cspcheck.checker.semantics.parallel import waits
 from cspcheck.checker.semantics.steps import Row, Step
 from cspcheck.checker.semantics.transitions import Explored, MoreStates, Poll, Semantics, breadth_first
 from cspcheck.cspm.interruption import during
 from cspcheck.cspm.process.events import TAU, TICK, EventSet
-from cspcheck.cspm.process.terms import NO_EVENTS, SKIP, Process
+from cspcheck.cspm.process.terms import NO_EVENTS, SKIP, MachineState, Process
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +84,19 @@ def joined_machine(lts: Lts, clocks: EventSet) -> Lts:
     )
 
 
+def _machine_at(state: MachineState, role: Alone | Joined) -> Explored:
+    """What a state of an explicit machine reaches, without looking at the states one by one."""
+    assert isinstance(state.machine, ExplicitMachine)
+    lts = reachable(replace(state.machine.lts, root=state.state))
+    if isinstance(role, Joined):
+        lts = joined_machine(lts, role.clocks)
+    return Explored(lts, (state,) * lts.states)
+
+
+REMEMBERED = 20_000
+"""So many terms of a component that has too many are remembered, to say so again at once."""
+
+
 class Machines:
     """The machines of components by themselves and under parallel operators, each built once.
 
@@ -94,7 +108,7 @@ class Machines:
         self.poll: Poll | None = None
         self._semantics = semantics
         self._known: dict[tuple[Process, Role], Explored] = {}
-        self._too_big: dict[tuple[Process, Role], int] = {}
+        self._too_big: dict[tuple[Process, Role], list[Process]] = {}
 
     def of(self, state: Process, role: Alone | Joined, most: int) -> Explored:
         """The machine of a component.
@@ -104,26 +118,31 @@ class Machines:
         """
         key = (state, role)
         found = self._known.get(key)
+        if found is None and isinstance(state, MachineState):
+            found = self._known[key] = _machine_at(state, role)
         if found is None:
             successors: Callable[[Process], list[Step] | Row] = self._semantics.transitions
             if isinstance(role, Joined):
                 successors = partial(self._joined_successors, role.clocks)
+            met = self._too_big.get(key, [])
+            if len(met) >= most:
+                raise MoreStates(met[:most])
             terms: list[Process] = []
-            with during(partial(so_far, terms, self._semantics.heads)):
-                found = self._known[key] = breadth_first(state, successors, most, self.poll, terms)
+            try:
+                with during(partial(so_far, terms, self._semantics.heads)):
+                    found = self._known[key] = breadth_first(state, successors, most, self.poll, terms)
+            except MoreStates as more:
+                self._too_big[key] = more.terms[:REMEMBERED]
+                raise
         if found.lts.states > most:
             raise MoreStates(list(found.terms[:most]))
         return found
 
     def has_at_most(self, state: Process, most: int) -> bool:
         """Whether a term has no more than *most* states."""
-        key = (state, ALONE)
-        if self._too_big.get(key, -1) >= most:
-            return False
         try:
             self.of(state, ALONE, most)
         except MoreStates:
-            self._too_big[key] = most
             return False
         return True
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from cspcheck.checker.lts import Lts
-from cspcheck.cspm.process.terms import Compressed, Process
+from cspcheck.cspm.process.terms import Process
 from cspcheck.cspm.source import Span
 
 
@@ -28,15 +28,15 @@ class Slot:
         lts: its local machine. Labels are event identifiers, or numbers >= ``Network.first_private_label`` that
             ``Network.private_labels`` explains.
         terms: the process term of each local state, for explanations and for comparison with the terms.
-        compressed: for a machine that is a compression of a larger one, the term that stands for it. Its states are no
-            states of that term, only its behaviour is the same; ``terms`` repeats the term.
+        compressed: for a machine in which states of explicit machines take part, the term that it was made of. Its
+            states are no states of that term, only its behaviour is the same.
     """
 
     name: str
     span: Span | None
     lts: Lts
     terms: tuple[Process, ...]
-    compressed: Compressed | None = None
+    compressed: Process | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,6 +16,7 @@ from cspcheck.checker.network.boundaries import FIRST_PRIVATE_LABEL, Entry
 from cspcheck.checker.network.formats import Changes, Format, Formats, Started, kept
 from cspcheck.checker.network.network import Network, Rule, Slot, Switch
 from cspcheck.checker.network.shapes import slot_key
+from cspcheck.checker.network.skeleton import Told, never
 from cspcheck.checker.semantics.head_normal import HeadNormalForms, definition_name
 from cspcheck.cspm.process.events import TICK
 from cspcheck.cspm.process.terms import Reference
@@ -38,8 +39,14 @@ class _Room:
         return (len(self.states) - 1).bit_length()
 
 
-def network_of(formats: Formats, heads: HeadNormalForms) -> Network:
-    """The network of the formats of a process; *heads* knows what components are called."""
+def network_of(formats: Formats, heads: HeadNormalForms, has_machines: Told = never) -> Network:
+    """The network of the formats of a process.
+
+    Args:
+        formats: the formats.
+        heads: knows what components are called.
+        has_machines: tells in which states of a component a machine takes part.
+    """
     slots = _slots_of_their_own(formats)
     rooms = _rooms(formats, slots)
     if _words(rooms) > 1:
@@ -47,7 +54,7 @@ def network_of(formats: Formats, heads: HeadNormalForms) -> Network:
         fewer = _rooms(formats, shared)
         if _words(fewer) < _words(rooms):
             slots, rooms = shared, fewer
-    return _Placement(formats, slots, rooms).network(heads)
+    return _Placement(formats, slots, rooms, has_machines).network(heads)
 
 
 def _slots_of_their_own(formats: Formats) -> list[int]:
@@ -93,7 +100,8 @@ def _words(rooms: Iterable[_Room]) -> int:
 class _Placement:
     """Formats with a slot for each of their places."""
 
-    def __init__(self, formats: Formats, slots: list[int], rooms: list[_Room]) -> None:
+    def __init__(self, formats: Formats, slots: list[int], rooms: list[_Room], has_machines: Told) -> None:
+        self._has_machines = has_machines
         self._formats = formats
         self._slots = slots
         self._rooms = rooms
@@ -158,4 +166,5 @@ class _Placement:
             names[MOST_NAMES:] = ["..."]
         span = next((call.span for call in calls.values()), None)
         terms = tuple([term for _, term in room.states])
-        return Slot(" / ".join(names) or f"part {number + 1}", span, Lts.from_successors(rows), terms)
+        compressed = next(filter(self._has_machines, terms), None)
+        return Slot(" / ".join(names) or f"part {number + 1}", span, Lts.from_successors(rows), terms, compressed)

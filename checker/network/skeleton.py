@@ -1,8 +1,8 @@
 """The parallel skeleton of a process as rules of one format, over the components that hang in it.
 
 The skeleton is what parallel composition, hiding and renaming make of the top of a term; it never changes its
-shape, so it is worked into the rules once. A compressed process is a component with a smaller machine, or is looked
-through: it means what its operand means.
+shape, so it is worked into the rules once. A compressed process that runs as a machine is a component; any other is
+looked through: it means what its operand means.
 """
 
 from __future__ import annotations
@@ -59,31 +59,37 @@ class Component(NamedTuple):
 
 Explore = Callable[[Component], Explored]
 """The machine of a component."""
-Compress = Callable[[Compressed, Alone | Joined], Lts | None]
-"""The machine of a compressed process in a role, whose root is 0; None where it is better to look through it."""
+Told = Callable[[Process], bool]
+"""Says something of a term."""
 
 
-def look_through(_: Compressed, __: Alone | Joined) -> None:
-    """Compress nothing."""
-    return
+def never(_: Process) -> bool:
+    """Says no."""
+    return False
 
 
 def compile_skeleton(
-    process: Process, explore: Explore, compress: Compress = look_through, *, takes_apart: bool = True
+    process: Process,
+    explore: Explore,
+    is_machine: Told = never,
+    has_machines: Told = never,
+    *,
+    takes_apart: bool = True,
 ) -> Network:
     """The network of one format for *process*; what *explore* raises ends the work.
 
     Args:
         process: the term.
         explore: explores a component.
-        compress: gives the machine of a compressed component.
+        is_machine: tells which compressed processes run as a machine.
+        has_machines: tells in which states of a component a machine takes part.
         takes_apart: if not, the process is the only component.
 
     Raises:
         TooManyActions: the components can act together in too many ways.
         ScriptError: a definition cannot be evaluated.
     """
-    skeleton = _Skeleton(explore, compress)
+    skeleton = _Skeleton(explore, is_machine, has_machines)
     if takes_apart:
         with deep_recursion():
             actions = skeleton.part(process, ALONE, Place()).actions
@@ -97,9 +103,9 @@ def compile_skeleton(
     )
 
 
-def compile_single(process: Process, machine: Explored) -> Network:
+def compile_single(process: Process, machine: Explored, has_machines: Told = never) -> Network:
     """The network whose only component is *process* as a whole."""
-    return compile_skeleton(process, lambda _: machine, takes_apart=False)
+    return compile_skeleton(process, lambda _: machine, has_machines=has_machines, takes_apart=False)
 
 
 def is_component(process: Process) -> bool:
@@ -165,9 +171,10 @@ def _composed(operator: Process, role: Alone | Joined, operands: Sequence[_Part]
 
 
 class _Skeleton:
-    def __init__(self, explore: Explore, compress: Compress) -> None:
+    def __init__(self, explore: Explore, is_machine: Told, has_machines: Told) -> None:
         self._explore = explore
-        self._compress = compress
+        self._is_machine = is_machine
+        self._has_machines = has_machines
         self.slots: list[Slot] = []
         self._parts: dict[Place, int] = {}
 
@@ -183,11 +190,10 @@ class _Skeleton:
 
     def _taken_apart(self, named: Process, role: Alone | Joined, outer: Place) -> _Part:
         process, place = _named(named, outer, stop=Compressed)
-        if isinstance(process, Compressed):
-            machine = self._compress(process, role)
-            if machine is not None:
-                return self._compressed(process, machine, role, place)
-            process, place = _named(named, outer)
+        while isinstance(process, Compressed):
+            if self._is_machine(process):
+                return self.component(Component(process, role, place))
+            process, place = _named(process.process, place, stop=Compressed)
         if isinstance(process, JOINING):
             below, here = Joined(process.clocks), place._replace(is_part=True)
             return _composed(process, role, [self.part(operand, below, here) for operand in process.active()])
@@ -208,16 +214,11 @@ class _Skeleton:
     def component(self, component: Component) -> _Part:
         slot = len(self.slots)
         machine = self._explore(component)
-        self.slots.append(Slot(self._name(component.place), component.place.span, machine.lts, machine.terms))
+        place = component.place
+        compressed = component.process if any(map(self._has_machines, machine.terms)) else None
+        self.slots.append(Slot(self._name(place), place.span, machine.lts, machine.terms, compressed))
         actions = [Action(label, label, ((slot, label),)) for label in machine.alphabet()]
         return _Part(actions, _endings(machine.lts, component.role))
-
-    def _compressed(self, process: Compressed, lts: Lts, role: Alone | Joined, place: Place) -> _Part:
-        slot = len(self.slots)
-        terms = (process,) * lts.states
-        self.slots.append(Slot(self._name(place), place.span, lts, terms, process))
-        actions = [Action(label, label, ((slot, label),)) for label in lts.alphabet()]
-        return _Part(actions, _endings(lts, role))
 
     def _name(self, place: Place) -> str:
         """What to call a component: components that have no definition of their own are numbered in the one around."""

@@ -11,6 +11,7 @@ from __future__ import annotations
 from typing import Any
 
 from cspcheck.checker.messages import endless_unfolding, unguarded_recursion
+from cspcheck.checker.semantics.machine_states import Compile
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.process.terms import (
     Compressed,
@@ -38,9 +39,13 @@ class HeadNormalForms:
     """Brings terms to head normal form and remembers them.
 
     Works through a list of what is left to do, not by recursion, so the depth of a term does not matter.
+
+    Args:
+        compile: asked for the state that a compressed or prioritised process is as a machine.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, compile: Compile | None = None) -> None:
+        self._compile = compile
         self._known: dict[Process, Process] = {}
         self._names: dict[Process, Reference] = {}
 
@@ -95,7 +100,10 @@ class HeadNormalForms:
                     todo.extend(reversed(missing))
                     continue
             normal = tuple([known.get(q, q) for q in operands])
-            result = term if normal == operands and not isinstance(term, _TRANSPARENT) else term.with_active(normal)
+            result = self._compile(term) if self._compile is not None and isinstance(term, COMPILED) else None
+            if result is None:
+                plain = normal == operands and not isinstance(term, _TRANSPARENT)
+                result = term if plain else term.with_active(normal)
             known[term] = result
             known[result] = result
             del entered[term]
@@ -106,6 +114,8 @@ class HeadNormalForms:
         return known[process]
 
 
+COMPILED = (Compressed, Prioritised, External)
+"""What may run as a machine of its own."""
 _TRANSPARENT = (Reference, Compressed, Fused, Hide, Project, Rename, Prioritised, External)
 
 

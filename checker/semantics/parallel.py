@@ -113,6 +113,25 @@ def _parallel(state: State, p: Parallel, rows: list[Row]) -> list[Step]:
     return steps
 
 
+_SHARING: dict[int, tuple[tuple[EventSet, ...], dict[int, list[int]]]] = {}
+MOST_KEPT = 64
+"""Compositions whose alphabets have been looked through for events."""
+
+
+def _sharing(alphabets: tuple[EventSet, ...], event: int) -> list[int]:
+    """The operands that have an event in their alphabets; all states of a composition ask the same."""
+    found = _SHARING.get(id(alphabets))
+    if found is None:
+        if len(_SHARING) == MOST_KEPT:
+            _SHARING.clear()
+        # The alphabets are kept with what is known of them, so that their identity stays theirs.
+        found = _SHARING[id(alphabets)] = alphabets, {}
+    known = found[1]
+    if event not in known:
+        known[event] = [i for i, alphabet in enumerate(alphabets) if event in alphabet]
+    return known[event]
+
+
 def _alphabetised(state: State, p: AlphabetisedParallel, rows: list[Row]) -> list[Step]:
     """An operand performs nothing outside its alphabet."""
     alphabets, clocks = p.alphabets, p.clocks
@@ -122,7 +141,7 @@ def _alphabetised(state: State, p: AlphabetisedParallel, rows: list[Row]) -> lis
 
     steps, offers = _alone(p.operands, rows, clocks, lambda i, event: True, rebuild)
     for event, by_operand in offers.items():
-        participants = [i for i, alphabet in enumerate(alphabets) if event in alphabet]
+        participants = _sharing(alphabets, event)
         if participants:
             steps.extend((event, rebuild(after)) for after in _together(p.operands, participants, by_operand))
     return steps

@@ -10,6 +10,7 @@ from typing import Any
 
 from cspcheck.checker.budget import Incomplete
 from cspcheck.checker.semantics.external import prioritise_by_order
+from cspcheck.checker.semantics.machine_states import ExplicitMachine
 from cspcheck.checker.semantics.steps import Row, State, Step
 from cspcheck.cspm.process.events import TAU, TICK, EventSet
 from cspcheck.cspm.process.terms import (
@@ -26,6 +27,7 @@ from cspcheck.cspm.process.terms import (
     Hide,
     InternalChoice,
     Interrupt,
+    MachineState,
     Prefix,
     Prioritised,
     Process,
@@ -211,6 +213,11 @@ def _buffer(state: State, p: Buffer, rows: list[Row]) -> list[Step]:
     return steps
 
 
+def _machine_state(state: State, p: MachineState, rows: list[Row]) -> list[Step]:
+    assert isinstance(p.machine, ExplicitMachine)
+    return list(p.machine.row(p.state))
+
+
 def _external(state: State, p: External, rows: list[Row]) -> list[Step]:
     """The other functions look further than at the transitions of an operand
     (``cspcheck.checker.semantics.external``).
@@ -238,6 +245,7 @@ SEQUENTIAL_RULES: dict[type[Process], Callable[[State, Any, list[Row]], list[Ste
     Project: _project,
     Rename: _rename,
     Prioritised: _prioritised,
+    MachineState: _machine_state,
     Buffer: _buffer,
     External: _external,
 }

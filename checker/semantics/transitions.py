@@ -21,13 +21,14 @@ from cspcheck.checker.messages import nested_functions
 from cspcheck.checker.semantics.external import FOLLOWING, watch
 from cspcheck.checker.semantics.growth import too_many
 from cspcheck.checker.semantics.head_normal import HeadNormalForms
+from cspcheck.checker.semantics.machine_states import Compile
 from cspcheck.checker.semantics.parallel import CONCURRENT_RULES
 from cspcheck.checker.semantics.sequential import SEQUENTIAL_RULES
 from cspcheck.checker.semantics.steps import Row, Step
 from cspcheck.checker.verdict import Limits
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.process.events import TAU, TICK
-from cspcheck.cspm.process.terms import External, Process, Watchdog
+from cspcheck.cspm.process.terms import External, Prioritised, Process, Watchdog
 
 __all__ = [
     "Explored",
@@ -51,10 +52,27 @@ class Semantics:
 
     Those of operands are remembered, those of whole states are not, since they are asked for once each. Works
     through a list of what is left to do, so the depth of a term does not matter.
+
+    Args:
+        compile: asked for the state that a compressed or prioritised process is as a machine; by default they mean
+            what the rules of their operators say.
+        prioritised: what gives the transitions of prioritised processes, where compressions that do not go together
+            with priority are not to be used.
+        followed: what gives those of functions that look further than a step (``chase``), which must not depend on
+            compressions.
     """
 
-    def __init__(self) -> None:
-        self.heads = HeadNormalForms()
+    def __init__(
+        self,
+        compile: Compile | None = None,
+        *,
+        prioritised: Semantics | None = None,
+        followed: Semantics | None = None,
+    ) -> None:
+        self.heads = HeadNormalForms(compile)
+        self._prioritised = prioritised
+        self._followed_by = followed
+        self._has_delegates = prioritised is not None or followed is not None
         self._known: dict[Process, Row] = {}
         self._nested = 0
 
@@ -76,10 +94,18 @@ class Semantics:
         found = known.get(state)
         if found is not None:
             return found
+        delegate = self._delegate(state) if self._has_delegates else None
+        if delegate is not None:
+            return delegate.transitions(state)
         todo = [operand for operand in state.active() if operand not in known]
         while todo:
             term = todo[-1]
             if term in known:
+                todo.pop()
+                continue
+            delegate = self._delegate(term) if self._has_delegates else None
+            if delegate is not None:
+                known[term] = delegate.transitions(term)
                 todo.pop()
                 continue
             missing = [operand for operand in term.active() if operand not in known]
@@ -95,6 +121,14 @@ class Semantics:
         if isinstance(term, (External, Watchdog)) and term.function in FOLLOWING:
             return self._followed(term)
         return _RULES[type(term)](self.heads.of, term, rows)
+
+    def _delegate(self, term: Process) -> Semantics | None:
+        """What gives the transitions of a term, if not this."""
+        if isinstance(term, Prioritised):
+            return self._prioritised
+        if isinstance(term, (External, Watchdog)):
+            return self._followed_by if term.function in FOLLOWING else self._prioritised
+        return None
 
     def _apply(self, term: Process) -> Row:
         known = self._known

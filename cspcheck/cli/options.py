@@ -124,6 +124,7 @@ def settings(options: Mapping[str, Any], overrides: Mapping[str, str]) -> Settin
         limits=limits(options["max_states"], options["timeout"], options["max_memory"]),
         workers=options["workers"],
         full=options["full"],
+        as_written=options["as_written"],
         termination=options["termination"],
         definitions=overrides,
         typecheck=options["typecheck"],
@@ -282,6 +283,11 @@ limit_options = _all(
         default=False,
         help="Explore the whole state space: no reduction, no early stop, exact counts.",
     ),
+    click.option(
+        "--as-written/--no-as-written",
+        default=False,
+        help="Only the reductions that the script itself asks for; counts are then those that FDR states.",
+    ),
     click.option("--timeout", type=DURATION, metavar="TIME", help="Give up an assertion after TIME (90s, 5m, 1h30m)."),
     click.option(
         "--max-memory",
@@ -303,4 +309,4 @@ limit_options = _all(
     typecheck_option,
     class_options,
 )
-"""--full, --timeout, --max-memory, --max-states, --checkpoint, --resume, --workers, --typecheck, --view, --outputs."""
+"""--full, --as-written, --timeout, --max-memory, --max-states, --checkpoint, --resume, --workers, --typecheck, --view, --outputs."""

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from functools import cache
-from typing import Any, ClassVar, Literal, TypeAlias
+from typing import Any, ClassVar, Literal, Protocol, TypeAlias
 from weakref import KeyedRef
 
 from cspcheck.cspm.process.events import EventSet
@@ -497,6 +497,25 @@ class Watchdog(Process):
     events: EventSet
     bark: int
     insists: frozenset[int] | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class MachineState(Process):
+    """A state of an explicit machine that a part of a process has been compiled to: a leaf like any other.
+
+    ``machine`` knows the transitions of all its states, and the term that it was made of (``checker.semantics``).
+    """
+
+    machine: Machine
+    state: int
+
+
+class Machine(Protocol):
+    """What a machine must tell of itself to be described."""
+
+    @property
+    def source(self) -> Process:
+        """The term whose behaviour the machine has."""
 
 
 class Reference(Process):

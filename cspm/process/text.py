@@ -230,6 +230,12 @@ def _word(text: str) -> Form:
     return lambda w, t, depth: w.add(text)
 
 
+def _machine_state(w: _Writer, t: process.MachineState, depth: int) -> None:
+    w.add(f"(state {t.state} of ")
+    w.write(t.machine.source, 0, depth)
+    w.add(")")
+
+
 _FORMS: dict[type[process.Process], tuple[int, Form]] = {
     process.Stop: (_ATOM, _word("STOP")),
     process.Skip: (_ATOM, _word("SKIP")),
@@ -259,5 +265,6 @@ _FORMS: dict[type[process.Process], tuple[int, Form]] = {
     process.External: (_ATOM, _applied),
     process.Watchdog: (_ATOM, _watchdog),
     process.Prioritised: (_ATOM, _prioritised),
+    process.MachineState: (_ATOM, _machine_state),
     process.Reference: (_ATOM, lambda w, t, depth: w.add(t.text)),
 }

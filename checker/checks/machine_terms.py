@@ -1,0 +1,126 @@
+"""Compressed and prioritised processes as machines, at whatever depth of a term they run.
+
+Where the semantics meets one, its operand is compiled to a network, explored with the packed kernels, and the
+function is applied to the machine that comes out; the process goes on as a state of it. Machines are built from the
+inside, once for each term. What is met again while it is being built (recursion through a compression), or has too
+many states by itself, is followed as a term: it means the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Literal
+
+from cspcheck.checker.budget import Budget, Incomplete
+from cspcheck.checker.lts import Lts, reachable
+from cspcheck.checker.network.compiler import Compiler, LimitReached
+from cspcheck.checker.reduction.bisimulation import strong_bisimulation
+from cspcheck.checker.reduction.compression import COMPRESSIONS
+from cspcheck.checker.reduction.priority import prioritised, prioritised_by_order
+from cspcheck.checker.semantics.external import FOLLOWING
+from cspcheck.checker.semantics.machine_states import ExplicitMachine
+from cspcheck.checker.semantics.transitions import Semantics
+from cspcheck.checker.verdict import Limits
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.interruption import during
+from cspcheck.cspm.process.terms import Compressed, External, MachineState, Prioritised, Process
+from cspcheck.cspm.recursion import deep_recursion
+
+UNDER_PRIORITY = frozenset({"sbisim", "dbisim", "wbisim", "tau_loop_factor", "explicate", "lazyenumerate"})
+"""Compressions whose result is the same for priority. Where a state with a tau takes over what comes after the tau
+(``diamond``, ``normal``) priority would see events together that never are."""
+
+MOST_STATES = 200_000
+"""A machine is given up where its operand has more states than this by itself."""
+MOST_NESTED = 40
+"""Machines being built inside one another; a recursion through compressions may never end."""
+
+Explore = Callable[[Compiler, Process, Budget], Lts]
+"""The explicit machine of a process, compiled by a compiler; see :class:`MachineTerms`."""
+Surroundings = Literal["any", "priority"]
+
+
+class MachineTerms:
+    """The machines of the compressed and prioritised processes of one script.
+
+    Args:
+        explore: gives the explicit machine of a process, or raises ``Incomplete`` or ``LimitReached``.
+
+    Attributes:
+        original: compiles processes without machines: what all this must be held against.
+        compiler: compiles them with machines.
+        budget: what may be used at the moment.
+    """
+
+    def __init__(self, explore: Explore) -> None:
+        self._explore = explore
+        self._known: dict[tuple[Surroundings, Process], Process | None] = {}
+        self._building: set[tuple[Surroundings, Process]] = set()
+        self.budget: Budget | None = None
+        self.original = Compiler()
+        followed = self.original.semantics
+        self._strict = Compiler(semantics=Semantics(self._under_priority, followed=followed))
+        self.compiler = Compiler(
+            semantics=Semantics(self._anywhere, prioritised=self._strict.semantics, followed=followed)
+        )
+
+    def _anywhere(self, term: Process) -> Process | None:
+        if isinstance(term, Compressed):
+            return self._machine("any", term)
+        if isinstance(term, External) and term.function in FOLLOWING:
+            return self.original.semantics.state(term)
+        return self._strict.semantics.state(term)
+
+    def _under_priority(self, term: Process) -> Process | None:
+        if isinstance(term, Compressed):
+            return self._machine("priority", term) if term.function in UNDER_PRIORITY else None
+        if isinstance(term, External) and term.function in FOLLOWING:
+            return self.original.semantics.state(term)
+        return self._machine("priority", term)
+
+    def _machine(self, surroundings: Surroundings, term: Process) -> Process | None:
+        """The state that a term is as a machine; None where it is to be followed."""
+        key = (surroundings, term)
+        if key in self._known:
+            return self._known[key]
+        if key in self._building or len(self._building) >= MOST_NESTED:
+            return None
+        self._building.add(key)
+        try:
+            with deep_recursion():
+                found = self._built(surroundings, term)
+        finally:
+            self._building.discard(key)
+        self._known[key] = found
+        return found
+
+    def _built(self, surroundings: Surroundings, term: Process) -> Process | None:
+        assert isinstance(term, (Compressed, Prioritised, External))
+        compiler = self.compiler if surroundings == "any" else self._strict
+        budget = (self.budget or Budget(Limits())).narrowed(MOST_STATES)
+        try:
+            state = compiler.semantics.state(term.process)
+            if isinstance(state, MachineState):
+                assert isinstance(state.machine, ExplicitMachine)
+                lts = reachable(replace(state.machine.lts, root=state.state))
+            else:
+                lts = self._explore(compiler, term.process, budget)
+        except (Incomplete, LimitReached, ScriptError):
+            # The operand may be without end, or wrong, where nothing in its company ever gets.
+            if budget.is_over():
+                raise
+            return None
+        name = term.function if isinstance(term, (Compressed, External)) else "prioritise"
+        with during(f"applying `{name}` to a component of {lts.states:,} states"):
+            budget.check_time()
+            machine = ExplicitMachine(_reduced(term, lts), term)
+        return machine.term(machine.lts.root)
+
+
+def _reduced(term: Compressed | Prioritised | External, lts: Lts) -> Lts:
+    if isinstance(term, Compressed):
+        return COMPRESSIONS[term.function](lts)
+    if isinstance(term, Prioritised):
+        return strong_bisimulation(prioritised(lts, term.levels))
+    return strong_bisimulation(prioritised_by_order(lts, *term.arguments))  # type: ignore[arg-type]

@@ -1,0 +1,123 @@
+"""Networks composed two by two and minimised in between: nothing is lost, and little is left."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from cspcheck.checker.check import Checker
+from cspcheck.checker.checks import reducing, refinement, store
+from cspcheck.checker.network.compiler import compile_network
+from cspcheck.checker.packing.packed import pack
+from cspcheck.checker.reduction.composing import Unsuited, composed
+from cspcheck.checker.search.exploration import explore
+from cspcheck.checker.verdict import Outcome, Verdict
+from cspcheck.cspm import script
+from cspcheck.cspm.process.terms import Process
+from cspcheck.cspm.source import Source
+from tests.checker.explicit import refinement_violation
+from tests.checker.philosophers import philosophers
+from tests.checker.terms import ALL, compositions, processes, told
+from tests.checker.test_check import questions
+from tests.checker.textbook import checker, rows_of
+
+
+@pytest.fixture
+def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Everything is reduced, however small it is."""
+    for module in (store, refinement):
+        monkeypatch.setattr(module, "FIRST_LOOK", 1)
+    monkeypatch.setattr(reducing, "WORTH_WHILE", -1_000)
+
+
+@pytest.mark.usefixtures("at_once")
+class TestNothingIsLost:
+    @settings(max_examples=25)
+    @given(compositions(size=4, components=4), st.one_of(compositions(size=4), processes(size=5)))
+    def test_verdicts_are_those_of_the_full_search(self, p: Process, q: Process) -> None:
+        full, reducing = checker(full=True), checker()
+        for question in questions(p, q):
+            found, expected = question(reducing), question(full)
+            assert found.verdict == expected.verdict, told(p) + "\n" + told(q)
+            if expected.counterexample is not None:
+                assert found.counterexample is not None
+
+    @settings(max_examples=40)
+    @given(compositions(size=4, components=4))
+    def test_what_is_left_has_the_failures_and_divergences_of_the_whole(self, process: Process) -> None:
+        original = rows_of(process)
+        for model in ("F", "FD"):
+            try:
+                left = composed(compile_network(process), model, lambda event: event).network
+            except Unsuited:
+                continue
+            lts = explore(pack(left)).to_lts()
+            small = [set(lts.successors(state)) for state in range(lts.states)]
+            for kept in ("T", "F", "FD") if model == "FD" else ("T", "F"):
+                assert refinement_violation(original, small, kept) is None, told(process)
+                assert refinement_violation(small, original, kept) is None, told(process)
+
+
+class TestMachinesInsideTerms:
+    @settings(max_examples=25)
+    @given(processes(operators=ALL, size=8), processes(operators=ALL, size=5))
+    def test_verdicts_are_those_without_machines(self, p: Process, q: Process) -> None:
+        full, as_written = checker(full=True), checker(as_written=True)
+        for question in questions(p, q):
+            assert question(as_written).verdict == question(full).verdict, told(p) + "\n" + told(q)
+
+
+def answers(text: str) -> Iterator[Outcome]:
+    loaded = script.load(Source("test.csp", text))
+    checks = Checker(loaded, workers=1)
+    for assertion in loaded.assertions:
+        yield checks.check(assertion.node)
+
+
+RING = """
+N = {n}
+ID = {{0..N-1}}
+channel a, b, c : ID
+Rest(i) = b.i -> c.(i+1)%N -> Cell(i) [] c.(i+1)%N -> b.i -> Cell(i)
+Cell(i) = c.i -> a.i -> Rest(i)
+System = (|| i:ID @ [{{a.i, b.i, c.i, c.(i+1)%N}}] (if i == 0 then a.0 -> Rest(0) else Cell(i))) \\ {{| c |}}
+Order(i) = a.i -> Order((i+1)%N)
+assert System :[deadlock free]
+assert System :[divergence free]
+assert Order(0) [FD= System \\ {{| b |}}
+"""
+
+BUFFERS = """
+N = {n}
+channel c : {{0..N}}
+Cell(i) = c.i -> c.(i+1) -> Cell(i)
+Chain = (|| i:{{0..N-1}} @ [{{c.i, c.(i+1)}}] Cell(i)) \\ {{c.i | i <- {{1..N-1}}}}
+Count(k) = k < N & c.0 -> Count(k+1) [] k > 0 & c.N -> Count(k-1)
+assert Count(0) [FD= Chain
+assert Chain :[deterministic]
+"""
+
+
+class TestLargeSystems:
+    """Without any compression in the script."""
+
+    def test_a_scheduler_of_forty_cells(self) -> None:
+        outcomes = list(answers(RING.format(n=40)))
+        assert [outcome.verdict for outcome in outcomes] == [Verdict.PASS] * 3
+        assert all(outcome.states < 20_000 for outcome in outcomes)
+
+    def test_a_chain_of_thirty_buffers(self) -> None:
+        outcomes = list(answers(BUFFERS.format(n=30)))
+        assert [outcome.verdict for outcome in outcomes] == [Verdict.PASS] * 2
+        assert all(outcome.states < 2_000 for outcome in outcomes)
+
+    def test_a_deadlock_is_told_by_the_components_of_the_script(self) -> None:
+        """Each of twelve philosophers has his left fork; the run to it is replayed on the whole."""
+        outcome = checker().check_property(philosophers(12), "deadlock free", "F")
+        assert outcome.verdict is Verdict.FAIL
+        assert outcome.counterexample is not None
+        assert outcome.counterexample.kind == "deadlock"
+        assert len(outcome.counterexample.components) == 24
+        assert outcome.states < 2_000
