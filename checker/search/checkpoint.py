@@ -12,7 +12,7 @@ import contextlib
 import json
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field
 from hashlib import sha256
 from pathlib import Path
@@ -256,8 +256,17 @@ def _digest(packed: PackedNetwork, pairs: Pairs | None, aims: tuple[bool, ...]) 
     if pairs is not None:
         digest.update(repr((pairs.stride, pairs.root)).encode())
         arrays.extend(pairs.guide)
-    for array in arrays:
+    for array in _leaves(arrays):
         values = np.ascontiguousarray(array)
         digest.update(f"{values.dtype}{values.shape}".encode())
         digest.update(values.tobytes())
     return digest.hexdigest()[:24]
+
+
+def _leaves(value: Any) -> Iterator[Any]:
+    """The arrays and numbers in tuples of tuples."""
+    if isinstance(value, (tuple, list)):
+        for part in value:
+            yield from _leaves(part)
+    elif value is not None:
+        yield value
