@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from itertools import combinations, islice, product
-from typing import Any
+from typing import Any, cast
 
 from cspcheck.checker.proof.question import Found, Part
 from cspcheck.checker.proof.replay import Replay, Replayed, constant_free, given_reading
@@ -60,7 +60,7 @@ def found_in_scope(
         evaluator = Evaluator(replace(specification, readings=tuple(readings)), model)
         evaluator.most_tried = tried
         slots = Scope()
-        freed = {key: constant_free(v) or v for key, v in variables.items()}
+        freed = {key: cast(Variable, constant_free(v)) for key, v in variables.items()}
         unknowns = [Unknown(v.name, v.role, _any(v.type)) for v in freed.values()]
         predicates = [constant_free(part.term) for part in parts]
         values: dict[Variable, Any] = {}

@@ -158,7 +158,8 @@ class Checkpoint:
         except (OSError, ValueError, KeyError, TypeError):
             sound = False
         if not sound:
-            return self._damaged()
+            self._damaged()
+            return None
         self._number = number
         return tally, position
 
@@ -169,7 +170,7 @@ class Checkpoint:
             with open(self._rows, "rb") as file:
                 for first in range(0, len(rows), PIECE):
                     piece = rows[first : first + PIECE]
-                    if file.readinto(memoryview(piece).cast("B")) != piece.nbytes:
+                    if file.readinto(piece.data.cast("B")) != piece.nbytes:
                         raise ValueError
                     self._sum = _summed(self._sum, piece)
             sound = self._sum == self._found["sum"]
@@ -205,7 +206,7 @@ class Checkpoint:
             file.seek(8 * self._written)
             for first in range(self._written, len(rows), PIECE):
                 piece = np.ascontiguousarray(rows[first : first + PIECE])
-                file.write(memoryview(piece).cast("B"))
+                file.write(piece.data.cast("B"))
                 total = _summed(total, piece)
             file.truncate()
             file.flush()

@@ -309,4 +309,4 @@ limit_options = _all(
     typecheck_option,
     class_options,
 )
-"""--full, --as-written, --timeout, --max-memory, --max-states, --checkpoint, --resume, --workers, --typecheck, --view, --outputs."""
+"""What every verb takes that searches: reductions, limits, checkpoints, workers, how classes are read."""

@@ -138,7 +138,7 @@ class DataPart:
         states, beyond = self.initial_states()
         return choice([*map(self.reference, states), *beyond])
 
-    def reference(self, state: State) -> Process:
+    def reference(self, state: State) -> Reference:
         """The data part in a state, as a name."""
         return Reference((self, state), _StateDefinition(self, state))
 
