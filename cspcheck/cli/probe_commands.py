@@ -125,7 +125,7 @@ class Commands:
         return [word for word in (*events, *COMMANDS) if word.startswith(text) and word != "do"]
 
     def _say(self, text: str) -> None:
-        self._write("\n".join(wrapped(text, self._style.width)) + "\n" * (1 + text.endswith("\n")))
+        self._write("\n".join(wrapped(text.rstrip("\n"), self._style.width)) + "\n" * (1 + text.endswith("\n")))
 
     def _fail(self, text: str) -> None:
         self.failed = True

@@ -354,9 +354,9 @@ class TestCheckpoints:
             "channel a : {0..3}\nP(i) = a.i -> P((i + 1) % 4)\nassert P(0) :[deadlock free]\n"
         )
         monkeypatch.chdir(tmp_path)
-        assert run(["s.csp", "--checkpoint", "runs"]) == 0
+        assert run(["s.csp", "--full", "--checkpoint", "runs"]) == 0
         assert list((tmp_path / "runs").glob("*/*.rows"))
-        assert run(["s.csp", "--resume", "runs", "--workers", "1", "--timeout", "5m"]) == 0
+        assert run(["s.csp", "--full", "--resume", "runs", "--workers", "1", "--timeout", "5m"]) == 0
 
     def test_a_folder_of_something_else_is_refused_in_words(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
