@@ -82,7 +82,7 @@ class HtmlReport:
         parts = [
             "<!doctype html>",
             '<html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width">',
-            f"<title>cspcheck: {escape(harmless(', '.join(self._scripts)))}</title><style>{_STYLE}</style>",
+            f"<title>cspcheck: {escape(', '.join(map(harmless, self._scripts)))}</title><style>{_STYLE}</style>",
             "<h1>What was checked</h1>",
             f'<p class="about">{escape(self._when)}, cspcheck {escape(self._version)}: '
             f"{escape(summary_line(summary, PLAIN, interrupted=interrupted))}</p>",
