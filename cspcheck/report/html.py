@@ -42,7 +42,9 @@ figure svg { max-width: 100%; height: auto; }
 
 def escape(text: str) -> str:
     """Text in lines of ours as the content of an element: no markup, and nothing that steers who reads it."""
-    return html.escape("\n".join(harmless_lines(text)))
+    escaped = html.escape("\n".join(harmless_lines(text)))
+    # A page that is printed in a build is obeyed line by line, too.
+    return escaped.replace("::", "&#58;:").replace("##[", "&#35;#[")
 
 
 class HtmlReport:
