@@ -148,9 +148,8 @@ The limit on states was reached before the process was explored to its end. The 
 was found in the part that was explored, and nothing is known of the rest.
 """,
     example="""
-channel a : {0..30}
-external prioritise
-P = prioritise(||| i : {0..30} @ a.i -> STOP, <{}, {}>)
+channel a : {0..3}.{0..3}.{0..3}.{0..3}.{0..3}.{0..3}
+P = a?x?y?z?u?v?w -> a.w.v.u.z.y.x -> P
 assert P :[deadlock free]
 """,
     repair="raise the limit with `--max-states`, or make the ranges of the data smaller",

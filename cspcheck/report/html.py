@@ -42,7 +42,9 @@ figure svg { max-width: 100%; height: auto; }
 
 def escape(text: str) -> str:
     """Text in lines of ours as the content of an element: no markup, and nothing that steers who reads it."""
-    return html.escape("\n".join(harmless_lines(text)))
+    escaped = html.escape("\n".join(harmless_lines(text)))
+    # A page that is printed in a build is obeyed line by line, too.
+    return escaped.replace("::", "&#58;:").replace("##[", "&#35;#[")
 
 
 class HtmlReport:
@@ -82,7 +84,7 @@ class HtmlReport:
         parts = [
             "<!doctype html>",
             '<html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width">',
-            f"<title>cspcheck: {escape(', '.join(self._scripts))}</title><style>{_STYLE}</style>",
+            f"<title>cspcheck: {escape(', '.join(map(harmless, self._scripts)))}</title><style>{_STYLE}</style>",
             "<h1>What was checked</h1>",
             f'<p class="about">{escape(self._when)}, cspcheck {escape(self._version)}: '
             f"{escape(summary_line(summary, PLAIN, interrupted=interrupted))}</p>",

@@ -50,6 +50,8 @@ COMPONENT: Final = _object(
         "line": MAYBE_NUMBER,
         "offers": TEXTS,
         "waiting_for": TEXTS,
+        "variables": _or_null(TEXTS_BY_NAME),
+        "changes": _or_null(_list(_or_null(TEXTS_BY_NAME))),
     }
 )
 OBLIGATION: Final = _object(
