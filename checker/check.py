@@ -14,7 +14,7 @@ from cspcheck.checker.checks.observed_refinement import ObservedModel, refines_o
 from cspcheck.checker.checks.properties import deadlock_free, divergence_free, has_trace
 from cspcheck.checker.checks.readings import Trace, held_against_readings
 from cspcheck.checker.checks.refinement import refines
-from cspcheck.checker.checks.store import BEGINNING, KEPT_BYTES, Machines
+from cspcheck.checker.checks.store import KEPT_BYTES, Machines
 from cspcheck.checker.explain.replay import ReplayFailure
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.search.checkpoint import Checkpoints
@@ -291,7 +291,7 @@ class Checker:
             unknown = budget.outcome(Verdict.UNKNOWN, incomplete.reason, incomplete.states, incomplete.transitions)
             if subject is None or not incomplete.endless:
                 return unknown
-        return self._at_the_beginning(budget, subject, check, length, BEGINNING) or unknown
+        return self._at_the_beginning(budget, subject, check, length) or unknown
 
     def _at_the_beginning(
         self,
@@ -299,7 +299,7 @@ class Checker:
         subject: Process,
         check: Callable[[Context], Outcome],
         length: int | None,
-        states: int,
+        states: int | None = None,
     ) -> Outcome | None:
         """The outcome that the first *states* of a process tell already; None if they do not. See :meth:`_answered`."""
         try:

@@ -139,14 +139,15 @@ class Machines:
             self._keep(key, found, 0)
         return found
 
-    def at_the_beginning(self, process: Process, budget: Budget, states: int = BEGINNING) -> tuple[Machines, int]:
+    def at_the_beginning(self, process: Process, budget: Budget, states: int | None = None) -> tuple[Machines, int]:
         """Machines for which *process* is what it can do within its first levels, and how many these are.
 
-        So many *states* are looked at.
+        So many *states* are looked at, by default ``BEGINNING``.
 
         They share nothing with these, so that nothing of the rest is taken for what it is not.
         """
-        most = states if budget.limits.states is None else min(states, budget.limits.states)
+        most = BEGINNING if states is None else states
+        most = most if budget.limits.states is None else min(most, budget.limits.states)
         with during("looking at the beginning of the process"):
             found = beginning(process, most, lambda _: budget.check_time())
         return self._of_part(process, found.machine), found.levels
@@ -209,6 +210,8 @@ class Machines:
         if found is None:
             few = budget.narrowed(FIRST_LOOK)
             found = self._explored(self.packed(process, budget), aim, few)
+            if found.complete:
+                key = ("exploration", process, "everything", False)
             if found.stop in (None, "found", "states"):
                 self._keep(key, found, found.peak_memory_bytes)
         return found if found.complete or found.stop == "found" else None
