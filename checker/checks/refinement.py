@@ -43,6 +43,8 @@ def refines(context: Context, specification: Process, model: Semantics, implemen
     normal_form = context.machines.specification(specification, model, implementation, budget)
     pairs = None
     if context.machines.reduces:
+        # Laid out under the limits of the assertion: a component may have more states than are looked at first.
+        context.machines.packed(implementation, budget)
         few = budget.narrowed(FIRST_LOOK)
         pairs = context.machines.pairs(normal_form, implementation, model, few, full=False)
         if not pairs.complete and pairs.violation_level is None:

@@ -81,6 +81,8 @@ max-memory = "1GiB"
 max-states = 1_000
 workers = 2
 full = true
+as-written = true
+termination = "deadlock"
 typecheck = false
 view = "control"
 outputs = "angelic"
@@ -101,6 +103,8 @@ definitions = { N = 5, IDS = "{0..N-1}", DEBUG = true }
                 "max_states": 1000,
                 "workers": 2,
                 "full": True,
+                "as_written": True,
+                "termination": "deadlock",
                 "typecheck": False,
                 "view": "control",
                 "outputs": "angelic",
@@ -230,7 +234,7 @@ error[CSP914]: `[tool.cspcheck]` has no setting `max_states`
         text = complaint(folder)
         assert "setting `timeout`: `soon` is not a time; write it like 90s, 5m or 1h30m" in text
         assert "setting `workers`: `0` is not a whole number above zero" in text
-        assert "help: the keys are color, format, full" in text
+        assert "help: the keys are as-written, color, format" in text
         assert "setting `definitions.N`: `[1]` is not a number, a truth value or text in CSPm" in text
 
     @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from cspcheck.checker.network.compiler import compile_network
 from cspcheck.checker.packing.packed import pack
 from cspcheck.checker.search.exploration import explore as explore_packed
 from cspcheck.checker.semantics.transitions import LimitReached, Semantics, explore
-from cspcheck.coverage import Coverage, coverage
+from cspcheck.coverage import Coverage
 from cspcheck.cspm import script as scripts
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.process.events import TAU, TICK
@@ -37,7 +37,7 @@ def of(text: str, number: int = 0) -> Coverage:
     checker = checking.checker_for(script, checking.Settings(), checking.NoWatch())
     assertion = script.assertions[number]
     assert checking.check(checker, assertion)
-    found = coverage(script, checker, assertion)
+    found = checker.coverage(assertion)
     assert found is not None
     return found
 
@@ -108,7 +108,7 @@ def test_a_verdict_that_is_no_pass_has_none() -> None:
     script = scripts.load(Source("x.csp", "channel a\nassert a -> STOP :[deadlock free]\n"), recording=True)
     checker = checking.checker_for(script, checking.Settings(), checking.NoWatch())
     result = checking.check(checker, script.assertions[0])
-    assert checking.covered(script, checker, script.assertions[0], result).coverage is None
+    assert checking.covered(checker, script.assertions[0], result).coverage is None
 
 
 EVENTS = ("a", "b", "c")
