@@ -205,7 +205,7 @@ class Machines:
             return whole
         if aim == "deadlock" and len(self.network(process, budget).slots) > MANY_COMPONENTS:
             return None
-        key = ("first look", process, aim)
+        key: tuple[object, ...] = ("first look", process, aim)
         found: Exploration | None = self._find(key)
         if found is None:
             few = budget.narrowed(FIRST_LOOK)
