@@ -126,13 +126,22 @@ class Guard:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        removed = False
         while True:
             try:
                 _watcher.remove(self)
-                break
+                removed = True
+                if self.reached is not None:
+                    _raise_in(self._thread, Stopped)
+                    while True:
+                        time.sleep(0)
+                return
             except Stopped:
-                # It came just now, behind the end of the work. One is never left over for what comes next.
-                continue
+                # One that was on its way came just now, behind the end of the work; or, when nobody sends any more,
+                # the one sent here to take it back with. It cannot be taken back with no exception in its place:
+                # CPython 3.11 then looks for one at every step for ever, and a traced program does not go on at all.
+                if removed:
+                    return
 
     def look(self, now: float) -> None:
         """Stop the work if it has passed a limit. Called by the watching thread."""
@@ -155,10 +164,9 @@ class Guard:
         return None
 
 
-def _raise_in(thread: int, kind: type[BaseException] | None) -> None:
-    """Have an exception arrive in a thread; None takes back one that has not arrived yet."""
-    what = ctypes.py_object() if kind is None else ctypes.py_object(kind)
-    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), what)
+def _raise_in(thread: int, kind: type[BaseException]) -> None:
+    """Have an exception arrive in a thread, in the place of one that has not arrived yet."""
+    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(kind))
 
 
 class _Watcher:
@@ -183,12 +191,10 @@ class _Watcher:
                 self._thread.start()
 
     def remove(self, guard: Guard) -> None:
-        """Look after it no more. Nothing arrives in its thread afterwards."""
+        """Look after it no more. Nothing is sent to its thread afterwards; what was sent before may still arrive."""
         with self._lock:
             if guard in self._guards:
                 self._guards.remove(guard)
-            if guard.reached is not None:
-                _raise_in(guard._thread, None)
 
     def memory_is_scarce(self, now: float) -> bool:
         """Whether the machine has next to no memory left."""
