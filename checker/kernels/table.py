@@ -1,9 +1,9 @@
 """The search's inner loops, first part: the set of visited states.
 
-Every kernel is plain Python on flat arrays (or memory views of them) and integers, and at the same time a function
-that numba compiles; ``cspcheck.checker.kernels.jit`` gives both. Numbers are natural and below 2**63 throughout, so
-that Python's integers, numpy's and the machine's agree; nothing may overflow, for numba leaves undefined what
-follows. The one place where a product may is :func:`wrapping_product`.
+Every kernel is plain Python on flat arrays (or memory views of them) and integers, and at the same time in that part
+of Python which ``translation`` understands; ``cspcheck.checker.kernels.jit`` gives both. Numbers are natural and below
+2**63 throughout, so that Python's integers, numpy's and the machine's agree; nothing may overflow. The one place where
+a product may is :func:`wrapping_product`.
 
 A table of visited states is an open-addressing hash table with linear probing of ``2**bits`` entries. An entry is
 -1, or the state's row number in its low ``bits`` bits below a *tag* of further bits of its hash, ``entry_bits`` in
@@ -12,9 +12,7 @@ all: a wrong state is nearly always recognised without looking at its row. A tab
 within a partition, which therefore can be full before the table is.
 
 A search of millions of states would mostly wait for memory. The loops over many rows therefore ask for the entry that
-a row will need ``AHEAD`` rows before, and ``CLOSE`` rows before for the state that this entry names. They do so in
-place: as a function of its own the asking costs more than it saves, for numba counts references to arrays that are
-passed on.
+a row will need ``AHEAD`` rows before, and ``CLOSE`` rows before for the state that this entry names.
 """
 
 from __future__ import annotations
@@ -34,13 +32,13 @@ CLOSE = 32
 
 
 def wrapping_product(a: int, b: int) -> int:
-    """The low 63 bits of a product. (``cspcheck.checker.kernels.jit`` has this for the machine.)"""
+    """The low 63 bits of a product. (``translation`` has this for the machine.)"""
     return a * b & NATURAL
 
 
 def prefetch(array: Any, index: int) -> None:
-    """Tell the processor that an element will be needed soon; it may lie outside. (``cspcheck.checker.kernels.jit``
-    has this.)
+    """Tell the processor that an element will be needed soon; it may lie outside. (``translation`` has
+    this for the machine.)
     """
 
 
@@ -66,7 +64,7 @@ def same_row(rows: Int64Array, row: int, others: Int64Array, other: int, stride:
     """Whether two rows are equal."""
     if rows[row * stride] != others[other * stride]:
         return False
-    for w in range(1, stride):  # noqa: SIM110 (numba has no all)
+    for w in range(1, stride):  # noqa: SIM110 (kernels have no all)
         if rows[row * stride + w] != others[other * stride + w]:
             return False
     return True
