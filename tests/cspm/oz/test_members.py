@@ -51,7 +51,7 @@ def test_an_equation_and_a_constant_may_have_the_name_of_the_process_with_the_me
 
 
 def test_a_subclass_inherits_the_name() -> None:
-    text = COUNTER.format(name="visible") + "class D\n  inherit C\nend\n"
+    text = COUNTER.format(name="visible") + "class D inherit C end\n"
 
     assert verdict(text, "D::visible' :[has trace]: <D::visible.0, D::visible.1>") == "pass"
 
