@@ -254,3 +254,25 @@ assert P || Q :[deadlock free]
     classes, plain, _ = written(text)
     for one, other in zip(classes.assertions, plain.assertions, strict=True):
         assert Checker(classes).check(one.node).verdict is Checker(plain).check(other.node).verdict, one.text
+
+
+def test_a_script_without_classes_is_written_in_one_file_and_without_what_is_ours_alone(tmp_path: Path) -> None:
+    (tmp_path / "types.csp").write_text("datatype Id = A | B\nassert card(Id) == 2\n")
+    (tmp_path / "main.csp").write_text(
+        'include "types.csp"\n'
+        "transparent normalise, normal\nchannel tock\nchannel c : Id\nP = normalise(c?x -> P)\n"
+        "Timed {\n  Q = c.A -> Q\n  assert Q :[divergence free]\n}\n"
+        "assert P [T= P :[symmetry reduce]: Id\nassert not <-1..1> == <0>\n"
+    )
+
+    text = plain_text(load(tmp_path / "main.csp")).text
+
+    plain = load(Source("plain.csp", text))
+    assert [Checker(plain).check(a.node).verdict.value for a in plain.assertions] == ["pass"] * 4
+    lines = text.splitlines()
+    assert "include" not in text
+    assert "transparent normal" in lines
+    assert "P = normal(c?x -> P)" in lines
+    assert "assert P [T= P" in lines
+    assert "assert (if card(Id) == 2 then STOP else DIV) :[divergence free]" in lines
+    assert text.count("assert Q") == 1

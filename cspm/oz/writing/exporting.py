@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields, replace
+from itertools import count
 from typing import Any, TypeVar
 
 from cspcheck.cspm import prelude
@@ -92,9 +93,12 @@ class _Export:
         """The script, with a comment at the top."""
         kept: list[ScriptAssertion] = []
         dropped: list[ScriptAssertion] = []
-        for assertion in self.script.assertions:
-            (dropped if isinstance(_claim(assertion.node), _OF_CLASSES) else kept).append(assertion)
         declarations = list(flat(self.script.tree.declarations))
+        own = {id(d.assertion) for d in declarations if isinstance(d, syntax.AssertDeclaration)}
+        for assertion in self.script.assertions:
+            if id(assertion.node) not in own:
+                continue  # stays in its Timed section
+            (dropped if isinstance(_claim(assertion.node), _OF_CLASSES) else kept).append(assertion)
         reach = Reach(declarations, self.names)
         wanted = reach.of(assertion.node for assertion in kept)
         chunks: list[str] = []
@@ -109,16 +113,16 @@ class _Export:
         assertions = [self._assertion(assertion) for assertion in kept]
         assertions += [f"-- only classes have this: assert {assertion.text}" for assertion in dropped]
         head = [f"-- {title} as plain CSPm, written by `cspcheck cspm`."]
-        context = self._context()
-        used = context.used([None, *owners])
+        context = None if self.script.classes is None else self._context()
+        used = () if context is None else context.used([None, *owners])
         head += [f"-- Finite readings: {'; '.join(used)}."] if used else []
-        if context.control:
+        if context is not None and context.control:
             head.append("-- The control view: data dropped.")
         if left:
             head.append(f"-- Left out, since no assertion uses it: {', '.join(left)}.")
         if self.reals:
             values = " | ".join(self.reals.values())
-            chunks.insert(0, f"datatype Real_ = {values}")
+            chunks.insert(0, f"datatype {self._flat('Real_')} = {values}")
         text = "\n\n".join(["\n".join(head), *chunks, *assertions]) + "\n"
         return Exported(text, tuple([messages.assertion_left_out(a.text, a.node.span) for a in dropped]))
 
@@ -149,7 +153,7 @@ class _Export:
 
     def _assertion(self, assertion: Any) -> str:
         expected = "" if assertion.expected is None else f"-- expect: {assertion.expected}\n"
-        return f"{expected}assert {print_assertion(_of_processes(self._plain(assertion.node)))}"
+        return f"{expected}assert {print_assertion(self._plain(assertion.node))}"
 
     # --- trees ---------------------------------------------------------------------------------------------------
 
@@ -170,8 +174,15 @@ class _Export:
                 symbol = self.names.find(node)
                 clauses = tuple([self._plain(clause) for clause in node.clauses])
                 found = replace(node, name=self._called(symbol, node.name), clauses=clauses)
+            case syntax.BooleanAssertion():
+                found = self._plain(_of_process(node))
             case CarrierSet() | ConstantValue():
                 found = _parsed(self._literal(self._value(node)))
+            case syntax.ImportDeclaration():
+                current = [prelude.DEPRECATED_IMPORTS.get(name.name, name.name) for name in node.names]
+                names = [replace(name, name=new) for name, new in zip(node.names, current, strict=True)]
+                distinct = tuple([name for i, name in enumerate(names) if name.name not in current[:i]])
+                found = replace(node, names=distinct)
             case syntax.ClassParallel():
                 shared = [self._channel_name(symbol) for symbol in shared_channels(self.names, node)]
                 events = syntax.Productions(
@@ -196,14 +207,19 @@ class _Export:
         if isinstance(value, Node):
             return self._plain(value)
         if isinstance(value, tuple):
-            items = tuple([self._plain_value(item) for item in value])
-            return items if any(a is not b for a, b in zip(items, value, strict=True)) else value
+            # FDR knows no reduction by symmetry; the verdict does not depend on it.
+            kept = [v for v in value if not (isinstance(v, syntax.AssertOption) and v.kind == "symmetry reduce")]
+            items = tuple([self._plain_value(item) for item in kept])
+            same = len(items) == len(value) and all(a is b for a, b in zip(items, value, strict=True))
+            return value if same else items
         return value
 
     def _called(self, symbol: Symbol | None, text: str) -> str:
         """What a name is called outside of classes."""
         if symbol is None or symbol.is_local:
             return text
+        if symbol.kind is SymbolKind.BUILTIN:
+            return prelude.DEPRECATED_IMPORTS.get(text, text)
         path: list[str] = []
         owner = symbol.owner
         while owner is not None:
@@ -242,7 +258,7 @@ class _Export:
             case int():
                 return str(value) if value >= 0 else f"({value})"
             case Real():
-                return self.reals.setdefault(value, _real_name(value))
+                return self.reals.setdefault(value, self._flat(_real_name(value)))
             case tuple():
                 return f"({', '.join(map(self._literal, value))})"
             case Items():
@@ -383,9 +399,11 @@ class _Export:
             symbol = self.names.symbol(next(c for c in node.channels if c.text == of.name))
             return self._called(symbol, symbol.name)
 
-        expressions = Expressions(
-            context.evaluator(name), literal, self.taken, lambda kind: self._flat(f"{name}::{kind}")
-        )
+        def fresh(kind: str) -> str:
+            paths = (f"{name}::{kind}{number or ''}" for number in count())
+            return self._flat(next(path for path in paths if path not in self.made))
+
+        expressions = Expressions(context.evaluator(name), literal, self.taken, fresh)
         done = self._flat(f"{name}::{node.done.text}") if part.done is not None else None
         variables = part.variables
 
@@ -438,18 +456,12 @@ def _claim(node: syntax.Assertion) -> syntax.Assertion:
     return node
 
 
-def _of_processes(node: syntax.Assertion) -> syntax.Assertion:
-    """The assertion; a Boolean one, which FDR does not read, as one about a process that diverges where it is false."""
-    match node:
-        case syntax.NotAssertion():
-            return replace(node, inner=_of_processes(node.inner))
-        case syntax.BooleanAssertion():
-            span = node.span
-            then, otherwise = Name(span=span, parts=("STOP",)), Name(span=span, parts=("DIV",))
-            chosen = syntax.If(span=span, condition=node.condition, then=then, otherwise=otherwise)
-            whole = syntax.Paren(span=span, inner=chosen)
-            return syntax.Property(span=span, process=whole, kind="divergence free")
-    return node
+def _of_process(node: syntax.BooleanAssertion) -> syntax.Property:
+    """A Boolean assertion, which FDR does not read, as one about a process that diverges where it is false."""
+    span = node.span
+    then, otherwise = Name(span=span, parts=("STOP",)), Name(span=span, parts=("DIV",))
+    chosen = syntax.If(span=span, condition=node.condition, then=then, otherwise=otherwise)
+    return syntax.Property(span=span, process=syntax.Paren(span=span, inner=chosen), kind="divergence free")
 
 
 def _process_of(module: ClassModule) -> ClassProcess:

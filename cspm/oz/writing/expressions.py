@@ -71,9 +71,11 @@ _HELPERS: Final[Mapping[str, str]] = {
     "within {f}(seq({a}))",
     "max": "{name}({a}) = let {f}(<{x}>) = {x}\n  {f}(<{x}, {y}>^{s}) = {f}(<if {x} < {y} then {y} else {x}>^{s})\n"
     "within {f}(seq({a}))",
+    "functions": "{name}(<>, {a}) = {{emptyMap}}\n"
+    "{name}(<{x}>^{s}, {a}) = {{mapUpdate({f}, {x}, {y}) | {f} <- {name}({s}, {a}), {y} <- {a}}}",
     "nth": "{name}({s}, {n}) = if {n} == 1 then head({s}) else {name}(tail({s}), {n} - 1)",
 }
-"""Functions of one argument (``nth``: two) that CSPm has no name for."""
+"""Functions of one argument (``nth`` and ``functions``: two) that CSPm has no name for."""
 _WORD: Final = re.compile(r"[A-Za-z]\w*'*")
 _INTERVAL: Final = re.compile(r"\{(-?\d+)\.\.(-?\d+)\}")
 _EVERYTHING: Final = frozenset({"Bool", "Int", "Real", "All"})
@@ -302,8 +304,13 @@ class Expressions:
     def values(self, carrier: Term) -> str:
         """A set to go through: all of a carrier, as far as the finite readings go."""
         if not any(role != "constant" for _, role in free_variables(carrier)):
-            return self._short(self._listed(carrier), "values")
+            listed = self._listed(carrier)
+            functions = isinstance(carrier, Apply) and carrier.operator == "fun" and len(listed) > LONGEST
+            if not functions or self._evaluator.readings.of(carrier) is not None:
+                return self._short(listed, "values")
         match carrier:
+            case Apply(operator="fun", operands=(domain, ranged)):
+                return f"{self._helper('functions')}(seq({self.values(domain)}), {self.values(ranged)})"
             case Apply(operator="power" | "finset", operands=(inner,)):
                 return f"Set({self.values(inner)})"
             case Apply(operator="cross", operands=operands):

@@ -83,15 +83,24 @@ class _Writer:
             "\n  [] ".join(f"({branch})" for branch in branches) if len(branches) > 1 else "".join(branches) or "STOP"
         )
         head = f"{self.name}({', '.join(names)})" if names else self.name
-        states = [f"({', '.join(values)})" for values in map(state_text, self.part.initial_states()[0])]
-        if not names:
-            start = self.name
-        elif len(states) == 1:
-            start = self.name + states[0]
-        else:
-            pattern = f"({', '.join(names)})" if len(names) > 1 else names[0]
-            start = f"(|~| {pattern} : {{{', '.join(states)}}} @ {head})"
+        start = self._start(names, state_text)
         return [*self.expressions.definitions, f"{head} =\n  {body}"], start
+
+    def _start(self, names: Sequence[str], state_text: Callable[[Sequence[Any]], list[str]]) -> str:
+        """The choice of the first state."""
+        if not names:
+            return self.name
+        states = self.part.initial_states()[0]
+        if len(states) == 1:
+            return f"{self.name}({', '.join(state_text(states[0]))})"
+        expressions = self.expressions
+        expressions.known.clear()
+        model = self.part.model
+        unknowns = [Unknown(v.name, "before", v.carrier, v.span) for v in self.part.variables]
+        found = self._statements(None, unknowns, (*(model.initial or ()), *model.invariant))
+        values = [self._known(v.name, "before", 0) for v in self.part.variables]
+        pattern = self._pattern(found.generated)
+        return f"(|~| {pattern} : {{{pattern} | {', '.join(found.items)}}} @ {self.name}({', '.join(values)}))"
 
     def _operation(self, plan: OperationPlan) -> str:
         """What an operation offers."""
@@ -192,7 +201,9 @@ class _Writer:
 
     # --- statements ----------------------------------------------------------------------------------------------
 
-    def _statements(self, plan: OperationPlan, unknowns: Sequence[Unknown], predicates: Sequence[Term]) -> _Statements:
+    def _statements(
+        self, plan: OperationPlan | None, unknowns: Sequence[Unknown], predicates: Sequence[Term]
+    ) -> _Statements:
         """Statements that give the unknowns all values that satisfy the predicates.
 
         Conditions stand in the order in which they are written, each as soon as what it speaks of is known, equations
@@ -228,7 +239,7 @@ class _Writer:
             raise Untranslatable("carriers that depend on each other")
         return found
 
-    def _solved(self, plan: OperationPlan, term: Term, left: dict[Key, Unknown], found: _Statements) -> bool:
+    def _solved(self, plan: OperationPlan | None, term: Term, left: dict[Key, Unknown], found: _Statements) -> bool:
         """Whether an equation gives unknowns their values."""
         if not (isinstance(term, Apply) and term.operator in ("equal", "iff")):
             return False
@@ -244,7 +255,9 @@ class _Writer:
                 return True
         return False
 
-    def _ends(self, plan: OperationPlan, term: Term, whole: Term, left: dict[Key, Unknown], found: _Statements) -> bool:
+    def _ends(
+        self, plan: OperationPlan | None, term: Term, whole: Term, left: dict[Key, Unknown], found: _Statements
+    ) -> bool:
         """Whether ``<a, b> ^ s`` or ``s ^ <a, b>``, being *whole*, gives unknowns their values: ends and rest."""
         if not isinstance(whole.type, core.SequenceType):
             return False
@@ -279,7 +292,7 @@ class _Writer:
                 found.items.append(self.expressions.text(same, _AND))
         return True
 
-    def _define(self, plan: OperationPlan, unknown: Unknown, value: Term, found: _Statements) -> None:
+    def _define(self, plan: OperationPlan | None, unknown: Unknown, value: Term, found: _Statements) -> None:
         """An unknown is what a term says, as far as that lies where it has to."""
         expressions = self.expressions
         expressions.known[unknown.key] = expressions.written(value)
@@ -291,13 +304,15 @@ class _Writer:
         if domain is not None:
             found.items.append(f"member({self._known(*unknown.key, 0)}, {domain})")
 
-    def _values(self, plan: OperationPlan, unknown: Unknown) -> str:
+    def _values(self, plan: OperationPlan | None, unknown: Unknown) -> str:
         values = self.expressions.values(unknown.carrier)
         domain = self._domain(plan, unknown)
         return values if domain is None else f"inter({values}, {domain})"
 
-    def _domain(self, plan: OperationPlan, unknown: Unknown) -> str | None:
+    def _domain(self, plan: OperationPlan | None, unknown: Unknown) -> str | None:
         """What the channel carries in a field, where that may be less than what the operation declares."""
+        if plan is None:
+            return None
         place = next((i for i, p in enumerate(plan.parameters) if (p.name, p.kind) == unknown.key), None)
         domains = self.part.alphabet.values(plan.operation.name)
         if place is None:
