@@ -73,7 +73,7 @@ class _Command(click.Command):
 @click.version_option(__version__, "-v", "--version", message="cspcheck %(version)s, refines")
 @click.help_option("-h", "--help")
 @click.pass_context
-def command(ctx: click.Context, **options: Any) -> None:
+def command(ctx: click.Context, /, **options: Any) -> None:
     """Check all assertions of scripts with the options and the output of FDR4's `refines`.
 
     A process that has terminated counts as deadlocked, as in FDR4. The exit code is 0 where all assertions were
