@@ -58,6 +58,8 @@ def _page(verb: str | None) -> str:
 
     if verb is None:
         return main_page(front_door, VERBS, __version__)
-    found = front_door.get_command(click.get_current_context(silent=True) or click.Context(front_door), verb)
-    assert found is not None
-    return verb_page(verb, VERBS[verb], found, __version__)
+    # The context of the command says how help is asked for, which click keeps in the verb for good.
+    with front_door.make_context("cspcheck", [verb], resilient_parsing=True) as context:
+        found = front_door.get_command(context, verb)
+        assert found is not None
+        return verb_page(verb, VERBS[verb], found, context, __version__)

@@ -93,9 +93,9 @@ def page_name(verb: str) -> str:
     return f"cspcheck-{verb}"
 
 
-def verb_page(verb: str, what: str, command: click.Command, version: str) -> str:
-    """The page of one verb."""
-    with click.Context(command, info_name=verb) as context:
+def verb_page(verb: str, what: str, command: click.Command, parent: click.Context, version: str) -> str:
+    """The page of one verb; *parent* is the context of the command that it is a verb of."""
+    with click.Context(command, info_name=verb, parent=parent) as context:
         pieces = " ".join(command.collect_usage_pieces(context))
         records = [record for option in command.get_params(context) if (record := option.get_help_record(context))]
     records = [record for record in records if record[1]]

@@ -40,6 +40,10 @@ def test_the_page_of_a_verb_has_every_option(verb: str) -> None:
             assert all(f"\\fB{escaped(name)}" in page for name in option.opts)
 
 
+def test_help_is_asked_for_as_everywhere() -> None:
+    assert "\\fB\\-h\\fR, \\fB\\-\\-help\\fR" in pages()["cspcheck-check"]
+
+
 def test_text_is_set_as_it_stands() -> None:
     assert escaped(".x\n'y\na\\b -c") == "\\&.x\n\\&'y\na\\eb \\-c"
     assert escaped("τ") == "\\[u03C4]"
