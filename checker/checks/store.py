@@ -17,6 +17,7 @@ from cspcheck.checker.checks.machine_terms import MachineTerms
 from cspcheck.checker.checks.reducing import as_they_are, model_for, reduced
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.network.compiler import MOST_TERMS, Compiler, LimitReached
+from cspcheck.checker.network.lazily import is_chased
 from cspcheck.checker.network.network import Network
 from cspcheck.checker.network.skeleton import compile_single
 from cspcheck.checker.packing.packed import PackedNetwork, pack
@@ -130,7 +131,8 @@ class Machines:
             compiler = self._terms.original if original else self._terms.compiler
             self._terms.budget = budget
             limits = budget.limits
-            if terms is not None and (limits.states is None or terms < limits.states):
+            # What is chased is explored in company from the start.
+            if terms is not None and not is_chased(process) and (limits.states is None or terms < limits.states):
                 limits = replace(limits, states=terms)
             try:
                 found = compiler.network(process, limits, lambda _: budget.check_time())
