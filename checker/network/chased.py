@@ -25,6 +25,8 @@ Locals = tuple[int, ...]
 LocalRow = dict[int, tuple[int, ...]]
 """By label: the local states that a component can be in afterwards, in the order of its rules."""
 
+CHASES = ("chase", "chase_nocache")
+
 MOST_LOCAL = 2_000
 """A component inside has at most so many states; else the rule is applied to terms."""
 
@@ -220,7 +222,7 @@ class Chases:
 
     def of(self, term: Process) -> tuple[Chased, int] | None:
         """What a term is as a state of a chased composition; None if it is no such thing."""
-        if not isinstance(term, External) or term.function != "chase":
+        if not isinstance(term, External) or term.function not in CHASES:
             return None
         if term not in self._known:
             try:

@@ -11,7 +11,7 @@ from itertools import product
 
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.network.actions import TooManyActions
-from cspcheck.checker.network.chased import Chased, Chases, Unsuited
+from cspcheck.checker.network.chased import CHASES, Chased, Chases, Unsuited
 from cspcheck.checker.network.lazy_terms import LazyTerms
 from cspcheck.checker.network.network import Network
 from cspcheck.checker.network.shapes import JOINING, STATIC_UNARY
@@ -37,7 +37,7 @@ def is_chased(process: Process) -> bool:
             below = (term.process,)
         elif isinstance(term, JOINING):
             below = term.active()
-        elif isinstance(term, External) and term.function == "chase":
+        elif isinstance(term, External) and term.function in CHASES:
             return True
         else:
             continue
