@@ -229,6 +229,7 @@ class Machines:
                 key = ("exploration", process, "everything", False)
             if found.stop in (None, "found", "states"):
                 self._keep(key, found, found.peak_memory_bytes)
+        budget.used(found.peak_memory_bytes)
         return found if found.complete or found.stop == "found" else None
 
     def looked_at(self, process: Process, aim: Aim) -> Exploration | None:
