@@ -205,6 +205,9 @@ def ada_text(text: str) -> Code:
     plain = ""
     for byte in text.encode("utf-8", "surrogateescape"):
         if 32 <= byte < 127:
+            if len(plain) >= 60:
+                parts.append(f'"{plain}"')
+                plain = ""
             plain += '""' if byte == 34 else chr(byte)
             continue
         if plain:

@@ -1,75 +1,132 @@
-"""A program in Ada 2012 under the Ravenscar profile: tables, a task a process, and methods to be written."""
+"""A program in Ada 2012 under Ravenscar: a package a process, a protected object a channel, data with contracts."""
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Hashable, Sequence
+from collections.abc import Sequence
 from functools import cache
 from importlib import resources
 
-from cspcheck.codegen import targets
-from cspcheck.codegen.design.system import System, SystemChannel, SystemMethod, value_name
+from cspcheck.codegen import messages, targets
+from cspcheck.codegen.design.links import Link, links
+from cspcheck.codegen.design.system import System, SystemState
+from cspcheck.codegen.emit.ada_data import PROGRAM_DATA, AdaBeside, AdaClass, AdaData
+from cspcheck.codegen.emit.ada_methods import METHODS_TABLE, AdaMethods, filled, tidy
+from cspcheck.codegen.emit.ada_terms import NoCounterpart
 from cspcheck.codegen.emit.project import Project
 from cspcheck.codegen.quoting import ada_name, ada_text, c_comment, markdown, shell
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.script import Script
 
-WIDTH = 110
 MOST_TASKS = 64
 """A group of tasks is a word of so many bits."""
+
+
+_RESERVED = (
+    *("ada", "gnat", "interfaces", "standard", "system"),
+    *("csp", "host", "links", "log", "main", "methods", "methods_table", "names", "processes", "program_data"),
+    *(
+        "data_types",
+        "recorder",
+        "tables",
+        "state",
+        "ending",
+        "word",
+        "bit",
+        "integer",
+        "natural",
+        "positive",
+        "boolean",
+    ),
+)
+"""Library units of every program, of the language, and what they declare that is seen everywhere."""
 
 
 @cache
 def runtime_files() -> dict[str, str]:
     """The runtime, which goes with every program."""
     folder = resources.files(targets) / "ada"
-    names = sorted(file.name for file in folder.iterdir() if file.name.endswith((".ads", ".adb")))
-    return {name: (folder / name).read_text(encoding="utf-8") for name in names}
+    found = {file.name: file.read_text(encoding="utf-8") for file in folder.iterdir() if file.is_file()}
+    desk = folder / "desk"
+    return found | {f"desk/{file.name}": file.read_text(encoding="utf-8") for file in desk.iterdir() if file.is_file()}
 
 
-def project(system: System, folder: str) -> Project:
-    """The program of a system, to be put into *folder*."""
-    return _Writer(system, os.path.basename(os.path.abspath(folder)) or "program").project()
+def project(system: System, folder: str, script: Script) -> Project:
+    """The program of a system of a script, to be put into *folder*.
+
+    Raises:
+        ScriptError: it has more tasks than fit.
+    """
+    if len(system.tasks) > MOST_TASKS:
+        raise ScriptError(messages.too_large(system.process, "tasks", MOST_TASKS, None))
+    return _Writer(system, os.path.basename(os.path.abspath(folder)) or "program", script).project()
 
 
 class _Writer:
-    def __init__(self, system: System, folder: str) -> None:
+    def __init__(self, system: System, folder: str, script: Script) -> None:
         self.system = system
         self.folder = folder
-        self.taken: set[str] = set()
-        self.types: dict[tuple[Hashable, ...], tuple[str, dict[Hashable, int], bool]] = {}
-        self.definitions: list[str] = []
-        self.methods: dict[tuple[str, SystemMethod], str] = {}
-        for task in system.tasks:
-            for method in task.methods:
-                if (task.definition, method) not in self.methods:
-                    channel = ada_name(system.channels[method.channel].name.rpartition("::")[2])
-                    self.methods[task.definition, method] = self._unique(f"{ada_name(task.definition)}_{channel}")
-        self.fields = {
-            method.channel: [self._field(domain) for domain in system.channels[method.channel].domains]
-            for _, method in self.methods
-        }
+        self.taken: set[str] = set(_RESERVED)
+        self.links = links(system)
+        self.packages = {definition: self._unique(ada_name(definition)) for definition in self._definitions()}
+        self.data = AdaData(script, self._unique)
+        self.classes: dict[str, AdaClass] = {}
+        self.reasons: dict[str, str] = {}
+        for definition in self.packages:
+            self._class(definition)
+        self.methods = AdaMethods(system, self._unique)
+
+    def _definitions(self) -> list[str]:
+        return list(dict.fromkeys(task.definition for task in self.system.tasks))
+
+    def _class(self, definition: str) -> None:
+        """The data of a class, or the reason why it stays in the states of its tasks."""
+        model = self.data.model(definition)
+        if model is None:
+            return
+        machines = [self.system.machines[task.machine] for task in self.system.tasks if task.definition == definition]
+        events = {event for one in machines for state in one.states for event, _ in state.moves}
+        offered = {self.system.channels[self.system.events[event].channel].name for event in events}
+        known = {c.name if c.kind == "chan" else f"{definition}::{c.name}" for c in model.channels.values()}
+        try:
+            if any(len(state.ways) > 1 or _forks(state.moves) for one in machines for state in one.states):
+                raise NoCounterpart("an operation that leaves something open")
+            if not offered <= known:
+                raise NoCounterpart("channels by other names")
+            self.classes[definition] = self.data.design(model)
+        except NoCounterpart as reason:
+            self.reasons[definition] = str(reason)
 
     def project(self) -> Project:
         """All files."""
+        beside = AdaBeside(self.system, self.classes, bool(self.data.types))
         generated = {
             "tables.ads": self._tables(),
-            "names.ads": "--  Generated by cspcheck gen: do not edit.\n"
-            "with Tables; use Tables;\n\npackage Names is\n\n"
-            "   --  An event as a recorded run has it\n"
-            "   function Line (Event : Event_Index) return String;\n\nend Names;\n",
+            "names.ads": _NAMES,
             "names.adb": self._names(),
-            "methods_table.ads": _METHODS_TABLE,
-            "methods_table.adb": self._methods_table(),
-            "program_tasks.ads": self._tasks(),
-            "main.adb": _MAIN,
-            "gnat.adc": _CONFIGURATION,
+            "links.ads": self._links(),
+            "links.adb": self._link_bodies(),
+            "methods_table.ads": METHODS_TABLE,
+            "methods_table.adb": self.methods.table(),
+            "program_data.ads": PROGRAM_DATA,
+            "program_data.adb": beside.body(),
+            "processes.ads": self._processes(),
             "README.md": self._readme(),
         }
+        for definition, package in self.packages.items():
+            generated[f"{package.lower()}.ads"] = self._package(definition, package)
+        if self.data.types:
+            generated["data_types.ads"] = _DATA_TYPES.format("\n".join(self.data.types))
+        for one in self.classes.values():
+            generated[f"{one.package.lower()}.ads"] = one.spec
+            generated[f"{one.package.lower()}.adb"] = one.body
         yours = {}
-        if self.methods:
-            generated["methods.ads"] = self._methods()
-            yours["methods.adb"] = self._bodies()
-        return Project(generated | runtime_files(), yours, {})
+        if self.methods.names:
+            generated["methods.ads"] = self.methods.declarations()
+            yours["methods.adb"] = self.methods.bodies()
+        generated = {name: tidy(text) if name.endswith((".ads", ".adb")) else text for name, text in generated.items()}
+        return Project(generated | runtime_files(), {name: tidy(text) for name, text in yours.items()}, {})
 
     def _unique(self, name: str) -> str:
         """A name that no other has, whatever its capitals."""
@@ -79,24 +136,6 @@ class _Writer:
         self.taken.add(candidate.lower())
         return candidate
 
-    def _field(self, domain: tuple[Hashable, ...]) -> tuple[str, dict[Hashable, int], bool]:
-        """The type of a field, the number of each of its values, and whether it is an enumeration."""
-        known = self.types.get(domain)
-        if known is not None:
-            return known
-        name = self._unique(f"Type_{len(self.types)}")
-        numbers = [value for value in domain if isinstance(value, int)]
-        found: tuple[str, dict[Hashable, int], bool]
-        if len(numbers) == len(domain):
-            self.definitions.append(f"   subtype {name} is Integer range {min(numbers)} .. {max(numbers)};")
-            found = (name, {value: value for value in numbers}, False)
-        else:
-            literals = [self._unique(f"{name}_{ada_name(value_name(value))}") for value in domain]
-            self.definitions.append(f"   type {name} is\n     ({(',' + chr(10) + '      ').join(literals)});")
-            found = (name, {value: i for i, value in enumerate(domain)}, True)
-        self.types[domain] = found
-        return found
-
     # --- tables ----------------------------------------------------------------------------------------------
 
     def _tables(self) -> str:
@@ -105,13 +144,18 @@ class _Writer:
         moves: list[str] = ["(0, 0)"]  # numbered from 1: 0 says that there is none
         ways: list[str] = []
         firsts: list[int] = []
-        for one in system.machines:
-            firsts.append(len(states))
-            for state in one.states:
-                ends = "True" if state.ends else "False"
-                states.append(f"({len(moves)}, {len(state.moves)}, {len(state.ways)}, {len(ways)}, {ends})")
-                moves += [f"({event}, {target})" for event, target in state.moves]
-                ways += [str(way) for way in state.ways]
+        # Tasks of one machine may play different parts: each has its states.
+        parts: dict[tuple[int, tuple[tuple[str, int], ...]], int] = {}
+        for number, task in enumerate(system.tasks):
+            modes = tuple(self._mode(number, state) for state in system.machines[task.machine].states)
+            if (task.machine, modes) not in parts:
+                parts[task.machine, modes] = len(states)
+                for state, (mode, link) in zip(system.machines[task.machine].states, modes, strict=True):
+                    row = f"{len(moves)}, {len(state.moves)}, {len(state.ways)}, {len(ways)}"
+                    states.append(f"({row}, {mode}, {link})")
+                    moves += [f"({event}, {target})" for event, target in state.moves]
+                    ways += [str(way) for way in state.ways]
+            firsts.append(parts[task.machine, modes])
         members: list[str] = []
         places: dict[tuple[frozenset[int], ...], int] = {}
         groups = []
@@ -122,10 +166,10 @@ class _Writer:
             groups.append(f"({places[event.groups]}, {len(event.groups)})")
         channels = [f"({channel.rank}, {channel.clocked})" for channel in system.channels]
         tasks = []
-        for task in system.tasks:
+        for number, task in enumerate(system.tasks):
             period, offset = round((task.timing.period or 0) * 1000), round(task.timing.offset * 1000)
             timed = -1 if task.timed is None else task.timed
-            tasks.append(f"({firsts[task.machine]}, {task.start}, {period}, {offset}, {timed})")
+            tasks.append(f"({firsts[number]}, {task.start}, {period}, {offset}, {timed})")
         head = _TABLES.replace("@PROCESS@", c_comment(system.process))
         counts = {
             "@TASKS@": len(system.tasks), "@EVENTS@": len(system.events), "@CHANNELS@": len(system.channels),
@@ -133,7 +177,7 @@ class _Writer:
         }  # fmt: skip
         for mark, count in counts.items():
             head = head.replace(mark, str(count))
-        parts = [head]
+        texts = [head]
         for name, kind, items in (
             ("States", "State_Record", states),
             ("Moves", "Move_Record", moves),
@@ -146,8 +190,18 @@ class _Writer:
         ):
             rows = [f"{i} => {item}{',' if i + 1 < len(items) else ''}" for i, item in enumerate(items)]
             head = f"   {name} : constant array (0 .. {len(items) - 1}) of {kind} :="
-            parts.append(f"{head}\n     ({_filled(rows)});\n")
-        return "\n".join([*parts, "end Tables;", ""])
+            texts.append(f"{head}\n     ({filled(rows)});\n")
+        return "\n".join([*texts, "end Tables;", ""])
+
+    def _mode(self, task: int, state: SystemState) -> tuple[str, int]:
+        """How a task in a state comes to its next event, and by which link."""
+        if state.ends:
+            return ("Ends", 0)
+        channels = {self.system.events[event].channel for event, _ in state.moves}
+        for number, link in enumerate(self.links):
+            if channels and channels <= set(link.channels):
+                return ("Receives" if task == link.receiver else "Sends", number)
+        return ("Meets", 0)
 
     def _names(self) -> str:
         lines = ["--  Generated by cspcheck gen: do not edit.", "package body Names is", ""]
@@ -163,148 +217,117 @@ class _Writer:
             rows.append(f"         when {i} => {ada_text(json.dumps(row))}")
         return "\n".join([*lines, ",\n".join(rows) + ");", "", "end Names;", ""])
 
-    def _tasks(self) -> str:
-        lines = ["--  Generated by cspcheck gen: do not edit.", "with CSP;", "", "package Program_Tasks is", ""]
-        for number, task in enumerate(self.system.tasks):
+    def _processes(self) -> str:
+        lines = ["--  All processes. Generated by cspcheck gen: do not edit."]
+        for package in self.packages.values():
+            lines += [f"with {package};", f"pragma Unreferenced ({package});"]
+        return "\n".join([*lines, "", "package Processes is", "", "end Processes;", ""])
+
+    def _package(self, definition: str, package: str) -> str:
+        """A process: its text, and its tasks."""
+        tasks = [(number, task) for number, task in enumerate(self.system.tasks) if task.definition == definition]
+        text = self.system.machines[tasks[0][1].machine].text
+        lines = [f"--  {c_comment(line)}" for line in text.splitlines() if line.strip()]
+        if definition in self.classes:
+            lines += ["--", f"--  Its data is in {self.classes[definition].package}."]
+        elif definition in self.reasons:
+            lines += [
+                "--",
+                f"--  Its data is in its states: there are no contracts for {c_comment(self.reasons[definition])}.",
+            ]
+        lines += ["--", "--  Generated by cspcheck gen: do not edit.", "", "with CSP;", "", f"package {package} is", ""]
+        for number, task in tasks:
+            name = f"{package}_Task" if len(tasks) == 1 else f"{package}_Task_{number}"
             urgency = 1 + max(0, task.timing.priority)
-            lines.append(f"   Task_{number} : CSP.Carrier ({number}, {urgency});  --  {c_comment(task.name)}")
-        return "\n".join([*lines, "", "end Program_Tasks;", ""])
+            lines.append(f"   --  {c_comment(task.name)}")
+            lines.append(f"   {name} : CSP.Carrier (Index => {number}, Urgency => {urgency});")
+            lines.append("")
+        return "\n".join([*lines, f"end {package};", ""])
 
-    # --- methods ---------------------------------------------------------------------------------------------
+    # --- links -----------------------------------------------------------------------------------------------
 
-    def _head(self, name: str, method: SystemMethod) -> str:
-        fields = self.fields[method.channel]
-        parameters = [f"Field_{i + 1} : {fields[i][0]}" for i in method.given]
-        parameters += [f"Field_{i + 1} : in out {fields[i][0]}" for i in method.returned]
-        return f"procedure {name}{f' ({chr(59).join(parameters)})'.replace(';', '; ') if parameters else ''}"
+    def _link_name(self, link: Link) -> str:
+        names = [ada_name(self.system.channels[channel].label.rpartition("::")[2]) for channel in link.channels]
+        return f"{'_'.join(names)[:60].rstrip('_')}_{self.links.index(link)}"
 
-    def _methods(self) -> str:
+    def _links(self) -> str:
         lines = [
-            "--  What the tasks do by themselves. Generated by cspcheck gen: do not edit; the bodies are yours.",
-            "--  A field that a method gives comes with a value that the specification allows.",
-            "package Methods is",
+            "--  Channels with a slot for each sender. Generated by cspcheck gen: do not edit.",
+            "with Tables; use Tables;",
+            *(["with CSP;"] if self.links else []),
             "",
-            *self.definitions,
+            "package Links is",
             "",
         ]
-        lines += [f"   {self._head(name, method)};" for (_, method), name in self.methods.items()]
-        return "\n".join([*lines, "", "end Methods;", ""])
-
-    def _bodies(self) -> str:
-        lines = ["--  Yours: cspcheck gen has written this file once.", "package body Methods is", ""]
-        for (definition, method), name in self.methods.items():
-            channel = self.system.channels[method.channel]
+        for link in self.links:
+            senders = ", ".join(self.system.tasks[task].name for task in link.senders)
             lines += [
-                f"   --  {c_comment(channel.name)} of {c_comment(definition)}",
-                f"   {self._head(name, method)} is null;",
+                f"   --  from {c_comment(senders)} to {c_comment(self.system.tasks[link.receiver].name)}",
+                f"   {self._link_name(link)} : CSP.Link (Senders => {len(link.senders)}, Receiver => {link.receiver});",
                 "",
             ]
-        return "\n".join([*lines, "end Methods;", ""])
-
-    def _methods_table(self) -> str:
-        lines = ["--  Generated by cspcheck gen: do not edit."]
-        lines += ["with Methods; use Methods;", ""] if self.methods else []
-        lines += ["package body Methods_Table is", ""]
-        channels = sorted({m.channel for _, m in self.methods if self.system.channels[m.channel].domains})
-        for number in channels:
-            lines.append(self._values(number, self.system.channels[number]))
-        has: list[str] = []
-        calls: list[str] = []
-        for index, task in enumerate(self.system.tasks):
-            for method in task.methods:
-                has.append(f"(Task_Number = {index} and then Channel = {method.channel})")
-                calls += self._call(index, method, self.methods[task.definition, method])
-        condition = "\n      or else ".join(has) or "False"
-        lines += [
-            *([] if has else ["   pragma Warnings (Off, \"formal parameter * is not referenced\");"]),
-            "   function Has (Task_Number : Natural; Channel : Channel_Index) return Boolean is",
-            f"     ({condition});",
-            "",
-            "   procedure Call (Task_Number : Natural; Event : in out Event_Index) is",
-            *([] if any(method.returned for _, method in self.methods) else ["      pragma Unmodified (Event);"]),
-            *([] if self.methods else ["      pragma Unreferenced (Task_Number);"]),
-            "   begin",
-            *(calls or ["      null;"]),
-            "   end Call;",
-            "",
-            "end Methods_Table;",
-            "",
-        ]
-        return "\n".join(lines)
-
-    def _values(self, number: int, channel: SystemChannel) -> str:
-        events = self.system.events[channel.first : channel.first + channel.count]
-        rows = []
-        for i, event in enumerate(events):
-            numbers = [self.fields[number][j][1][value] for j, value in enumerate(event.values)]
-            inside = ", ".join(f"{j + 1} => {one}" for j, one in enumerate(numbers))
-            rows.append(f"{channel.first + i} => ({inside}){',' if i + 1 < len(events) else ''}")
-        bounds = f"{channel.first} .. {channel.first + channel.count - 1}, 1 .. {len(channel.domains)}"
-        return f"   Values_{number} : constant array ({bounds}) of Integer :=\n     (" + _filled(rows) + ");\n"
-
-    def _call(self, index: int, method: SystemMethod, name: str) -> list[str]:
-        """How a task calls a method: from the event that it offers to the one that the method has performed."""
-        channel = self.system.channels[method.channel]
-        table = f"Values_{method.channel}"
-        fields = self.fields[method.channel]
-
-        def value(i: int) -> str:
-            kind, _, is_enumeration = fields[i]
-            text = f"{table} (Event, {i + 1})"
-            return f"{kind}'Val ({text})" if is_enumeration else text
-
-        lines = [f"      if Task_Number = {index} and then Channel_Of (Event) = {method.channel} then"]
-        if not fields:
-            return [*lines, f"         {name};", "      end if;"]
-        lines.append("         declare")
-        lines += [f"            Field_{i + 1} : {fields[i][0]} := {value(i)};" for i in method.returned]
-        arguments = [value(i) for i in method.given] + [f"Field_{i + 1}" for i in method.returned]
-        lines += ["         begin", f"            {name} ({', '.join(arguments)});"]
-        if method.returned:
-            tests = [f"{table} (Other, {i + 1}) = {table} (Event, {i + 1})" for i in method.given]
-            for i in method.returned:
-                number = f"{fields[i][0]}'Pos (Field_{i + 1})" if fields[i][2] else f"Field_{i + 1}"
-                tests.append(f"{table} (Other, {i + 1}) = {number}")
-            lines += [
-                f"            for Other in {channel.first} .. {channel.first + channel.count - 1} loop",
-                f"               if {' and then '.join(tests)} then",
-                "                  Event := Other;",
-                "                  return;",
-                "               end if;",
-                "            end loop;",
-                "            raise Constraint_Error;  --  a value that no event has",
-            ]
-        return [*lines, "         end;", "      end if;"]
-
-    def _readme(self) -> str:
-        script, process = os.path.basename(self.system.script), self.system.process
         return "\n".join(
             [
-                f"# {markdown(process)}",
-                "",
-                f"The program of {markdown(process)} of {markdown(script)} in Ada 2012 (Ravenscar), by `cspcheck gen`.",
-                "",
-                "```",
-                "gnatmake -gnat2012 -gnata -O2 main.adb && ./main 10000 > run.jsonl",
-                f"cspcheck trace {shell(script)} --process {shell(process)} run.jsonl",
-                "```",
-                "",
-                "`methods.adb` is yours: what the tasks do by themselves. `main.adb` runs the program on a desk and",
-                "prints what happened; on the target a clock calls `CSP.Tick` every millisecond instead.",
+                *lines,
+                *_LINK_HEADS,
+                "end Links;",
                 "",
             ]
         )
 
+    def _link_bodies(self) -> str:
+        lines = ["--  Generated by cspcheck gen: do not edit.", "package body Links is", ""]
+        if not self.links:
+            lines += ['   pragma Warnings (Off, "formal parameter * is not referenced");', ""]
+        calls = {"Put": "Sender, Event", "Want": "Place", "Get": "Event, Sender, Open"}
+        for call, arguments in calls.items():
+            lines += [f"   procedure {call} ({_LINK_PARAMETERS[call]}) is", "   begin", "      case Number is"]
+            for number, link in enumerate(self.links):
+                rest = arguments
+                if call == "Put":
+                    slots = [f"when {task} => {slot}" for slot, task in enumerate(link.senders[1:], 2)]
+                    slot = f"(case Sender is {', '.join([*slots, 'when others => 1'])})" if slots else "1"
+                    rest = f"{slot}, {arguments}"
+                lines.append(f"         when {number} => {self._link_name(link)}.{call} ({rest});")
+            lines += ["         when others => raise Program_Error;", "      end case;", f"   end {call};", ""]
+        return "\n".join([*lines, "end Links;", ""])
 
-def _filled(items: Sequence[str]) -> str:
-    """Items of an aggregate, as many as fit on a line."""
-    lines: list[str] = []
-    for item in items:
-        if lines and len(lines[-1]) + 1 + len(item) <= WIDTH - 6:
-            lines[-1] += f" {item}"
-        else:
-            lines.append(item)
-    return "\n      ".join(lines)
+    def _readme(self) -> str:
+        script, process = os.path.basename(self.system.script), self.system.process
+        data = [f"| {markdown(name)} | `{one.package.lower()}.ads` |" for name, one in self.classes.items()]
+        data += [f"| {markdown(name)} | none: {markdown(reason)} |" for name, reason in self.reasons.items()]
+        linked = [
+            f"| {markdown(', '.join(self.system.channels[channel].label for channel in link.channels))} | "
+            f"{markdown(', '.join(self.system.tasks[task].name for task in link.senders))} | "
+            f"{markdown(self.system.tasks[link.receiver].name)} |"
+            for link in self.links
+        ]
+        lines = [
+            f"# {markdown(process)}",
+            "",
+            f"The program of {markdown(process)} of {markdown(script)} in Ada 2012, by `cspcheck gen`.",
+            "",
+            "```",
+            "make host && ./host 10000 > run.jsonl",
+            f"cspcheck trace {shell(script)} --process {shell(process)} run.jsonl",
+            "make main    # under the Ravenscar profile, as for the target",
+            "```",
+            "",
+            "Each process is a package with its task. `methods.adb` is yours: what the tasks do by themselves.",
+            "`recorder.adb` is told every event; `desk/` keeps them in memory and prints them.",
+            "",
+        ]
+        if linked:
+            lines += ["Channels that are protected objects of their own, with a slot for each sender:", ""]
+            lines += ["| channels | from | to |", "|---|---|---|", *linked, ""]
+        if data:
+            lines += ["Data with contracts:", "", "| class | package |", "|---|---|", *data, ""]
+        return "\n".join(lines)
+
+
+def _forks(moves: Sequence[tuple[int, int]]) -> bool:
+    """Whether an event of a state leads to several."""
+    return len({event for event, _ in moves}) < len(moves)
 
 
 _TABLES = """--  The tables of @PROCESS@. Generated by cspcheck gen: do not edit.
@@ -317,9 +340,17 @@ package Tables is
    Task_Count : constant := @TASKS@;
    Tock_Ms    : constant := @TOCK@;
 
+   subtype Task_Index is Natural range 0 .. Task_Count - 1;
    subtype Event_Index is Natural range 0 .. @EVENTS@ - 1;
    subtype Channel_Index is Natural range 0 .. @CHANNELS@ - 1;
    subtype State_Index is Natural;
+
+   type Event_Array is array (Positive range <>) of Event_Index;
+   type Task_Array is array (Positive range <>) of Task_Index;
+   type Flag_Array is array (Positive range <>) of Boolean;
+
+   --  How a task comes to its next event in a state
+   type Mode_Kind is (Meets, Sends, Receives, Ends);
 
    type Move_Record is record
       Event : Event_Index;
@@ -331,7 +362,8 @@ package Tables is
       Moves      : Natural;
       Ways       : Natural;
       First_Way  : Natural;
-      Ends       : Boolean;
+      Mode       : Mode_Kind;
+      Link       : Natural;
    end record;
 
    type Group_Record is record
@@ -353,53 +385,28 @@ package Tables is
    end record;
 """
 
-_METHODS_TABLE = """--  Which tasks have methods for which channels. Generated by cspcheck gen: do not edit.
+_DATA_TYPES = """--  Types that several packages use. Generated by cspcheck gen: do not edit.
+package Data_Types with Pure, SPARK_Mode is
+
+{}
+
+end Data_Types;
+"""
+
+_NAMES = """--  Generated by cspcheck gen: do not edit.
 with Tables; use Tables;
 
-package Methods_Table is
+package Names is
 
-   function Has (Task_Number : Natural; Channel : Channel_Index) return Boolean;
+   --  An event as a recorded run has it
+   function Line (Event : Event_Index) return String;
 
-   --  Event is one that the task offers; afterwards the one that it has performed
-   procedure Call (Task_Number : Natural; Event : in out Event_Index);
-
-end Methods_Table;
+end Names;
 """
 
-_CONFIGURATION = """pragma Profile (Ravenscar);
-"""
-
-_MAIN = """--  The program on a desk: it runs so many events and prints them. Generated by cspcheck gen: do not edit.
-with Ada.Command_Line; use Ada.Command_Line;
-with Ada.Real_Time;    use Ada.Real_Time;
-with Ada.Text_IO;      use Ada.Text_IO;
-with CSP;              use CSP;
-with Names;
-with Program_Tasks;
-pragma Unreferenced (Program_Tasks);
-with GNAT.OS_Lib;
-
-procedure Main is
-   Most : Natural := 1_000;
-begin
-   if Argument_Count >= 1 then
-      Most := Natural'Value (Argument (1));
-   end if;
-   if Argument_Count >= 2 then
-      CSP.Seed (Natural'Value (Argument (2)));
-   end if;
-   CSP.Limit (Most);
-   while CSP.State = Goes_On loop
-      delay until Clock + Microseconds (100);
-      CSP.Tick;
-   end loop;
-   for Number in 1 .. CSP.Happened loop
-      Put_Line (Names.Line (CSP.Recorded (Number)));
-   end loop;
-   if CSP.State = Ended then
-      Put_Line ("{""event"": ""tick"", ""terminated"": true}");
-   end if;
-   Put_Line (Standard_Error, Natural'Image (CSP.Happened) & " events; " & Ending'Image (CSP.State));
-   GNAT.OS_Lib.OS_Exit (if CSP.State in Deadlock | Broken then 1 else 0);
-end Main;
-"""
+_LINK_PARAMETERS = {
+    "Put": "Number : Natural; Sender : Task_Index; Event : Event_Index",
+    "Want": "Number : Natural; Place : State_Index",
+    "Get": "Number : Natural; Event : out Event_Index; Sender : out Task_Index; Open : out Boolean",
+}
+_LINK_HEADS = [f"   procedure {name} ({parameters});\n" for name, parameters in _LINK_PARAMETERS.items()]
