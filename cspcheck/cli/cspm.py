@@ -21,8 +21,8 @@ def command(**options: Any) -> None:
     parameters.
 
     What the assertions use is written, with the same verdicts, and the same states up to strong bisimulation.
-    Assertions about the data of classes (`C :[obligations]`, `A [OZ= C via R`) are left out with a warning. Assertions about values
-    (`assert 1 == 1`), which FDR does not read, become assertions about processes.
+    Assertions about the data of classes (`C :[obligations]`, `A [OZ= C via R`) are left out with a warning.
+    Assertions about values (`assert 1 == 1`), which FDR does not read, become assertions about processes.
     """
     from cspcheck.checking import Settings, load
     from cspcheck.cli.streams import Remarks, output_to
