@@ -144,21 +144,33 @@ def _view(argument: Any) -> Any:
 
 
 def _compiled(notify: Callable[[str], None]) -> Kernels:
+    made = _linked(notify, wide=False)
+    wide: list[machine_code.Linked] = []
+
+    def widely() -> machine_code.Linked:
+        """The kernels for tables of 64-bit entries, which hardly any machine has the memory for."""
+        if not wide:
+            with _making:
+                wide.append(_linked(lambda line: None, wide=True))
+        return wide[0]
+
+    functions = {
+        function.__name__: machine_code.Caller(function, made, widely)
+        for function in _source_functions()
+        if function.__name__ in ENTRIES
+    }
+    return Kernels(functions, compiled=True)
+
+
+def _linked(notify: Callable[[str], None], *, wide: bool) -> machine_code.Linked:
     from cspcheck.checker.kernels import translation
 
-    functions: dict[str, Kernel] = {}
-    sources = [inspect.getsource(module) for module in (*MODULES, translation, machine_code, sys.modules[__name__])]
-    sources.append(inspect.getsource(kernels_arrays))
-    place = machine_code.place_for(sources)
+    modules = (*MODULES, kernels_arrays, translation, machine_code, sys.modules[__name__])
+    place = machine_code.place_for([*map(inspect.getsource, modules), f"wide: {wide}"])
     kept = "once" if place is not None else "there is no folder to keep them in"
-    made = machine_code.linked(
-        place, MODULES, ENTRIES, lambda: notify(f"compiling the search kernels for this machine; {kept}")
+    return machine_code.linked(
+        place, MODULES, ENTRIES, lambda: notify(f"compiling the search kernels for this machine; {kept}"), wide
     )
-    for function in _source_functions():
-        if function.__name__ in ENTRIES:
-            address = made.address(translation.entry_name(function.__name__))
-            functions[function.__name__] = machine_code.Caller(function, address, made)
-    return Kernels(functions, compiled=True)
 
 
 COMPILED_ROWS = 2_000

@@ -59,14 +59,22 @@ class Linked:
 class Caller:
     """A kernel as machine code, called as the Python function that it was made from."""
 
-    def __init__(self, function: FunctionType, address: int, linked: Linked) -> None:
-        from cspcheck.checker.kernels.translation import parameters, results
+    def __init__(
+        self, function: FunctionType, linked: Linked, wide: Callable[[], Linked] | None = None, *, is_wide: bool = False
+    ) -> None:
+        """*wide* gives the machine code of the wide kernels, for when that is needed."""
+        from cspcheck.checker.kernels.translation import WIDE, entry_name, parameters, results
 
         self.__name__ = function.__name__
-        self._parameters = parameters(function)
+        self._function = function
+        self._parameters = parameters(function, is_wide)
+        names = [name for name, _ in self._parameters]
+        self._table = names.index(WIDE) if wide is not None and WIDE in names else -1
+        self._wide = wide
+        self._widely: Caller | None = None
         self._results = results(function)
         self._room = [0] * len(self._results)
-        self._call = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(address)
+        self._call = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(linked.address(entry_name(function.__name__)))
         self._linked = linked  # the code goes when this goes
 
     def __call__(self, *arguments: Any) -> Any:
@@ -75,6 +83,10 @@ class Caller:
         Raises:
             TypeError: if the arguments are not of the types that the kernel was made for.
         """
+        if 0 <= self._table < len(arguments) and arguments[self._table].dtype == np.int64 and self._wide is not None:
+            if self._widely is None:
+                self._widely = Caller(self._function, self._wide(), is_wide=True)
+            return self._widely(*arguments)
         words = array("q", self._room)
         if len(arguments) != len(self._parameters):
             raise TypeError(f"{self.__name__} takes {len(self._parameters)} arguments, not {len(arguments)}")
@@ -131,11 +143,14 @@ def place_for(sources: Sequence[str]) -> Path | None:
     return base / f"kernels-{digest.hexdigest()[:16]}.o"
 
 
-def linked(place: Path | None, modules: Sequence[ModuleType], entries: Entries, notify: Callable[[], None]) -> Linked:
+def linked(
+    place: Path | None, modules: Sequence[ModuleType], entries: Entries, notify: Callable[[], None], wide: bool = False
+) -> Linked:
     """The machine code of all kernels of some modules, read from its place or made and put there.
 
     Args:
         notify: called before it is made.
+        wide: whether it is the wide kernels.
     """
     code = None if place is None else unsealed(place)
     if code is not None:
@@ -144,7 +159,7 @@ def linked(place: Path | None, modules: Sequence[ModuleType], entries: Entries, 
     made: list[bytes] = []
 
     def make() -> None:
-        made.append(compiled(modules, entries))
+        made.append(compiled(modules, entries, wide))
         if place is not None:
             store(place, seal(made[0]))
 
@@ -153,13 +168,13 @@ def linked(place: Path | None, modules: Sequence[ModuleType], entries: Entries, 
     return Linked(made[0])
 
 
-def compiled(modules: Sequence[ModuleType], entries: Entries) -> bytes:
+def compiled(modules: Sequence[ModuleType], entries: Entries, wide: bool = False) -> bytes:
     """An object file with the machine code of all kernels of some modules."""
     from cspcheck.checker.kernels.translation import translated
 
     llvm = _llvm()
     machine = _machine(llvm)
-    module = llvm.parse_assembly(str(translated(modules, entries)))
+    module = llvm.parse_assembly(str(translated(modules, entries, wide)))
     module.triple = llvm.get_default_triple()
     module.data_layout = str(machine.target_data)
     options = llvm.create_pipeline_tuning_options(speed_level=3)

@@ -61,10 +61,16 @@ Thing = Any
 """A value of a kernel: a number or truth in LLVM's language, a :class:`Span`, a :class:`Record`."""
 
 
-def parameters(function: FunctionType) -> list[tuple[str, Any]]:
+WIDE = "table"
+"""The parameters of this name are arrays of 64 bits in wide kernels."""
+
+
+def parameters(function: FunctionType, wide: bool = False) -> list[tuple[str, Any]]:
     """The parameters of a kernel and their types."""
     hints = get_type_hints(function)
-    return [(name, hints[name]) for name in inspect.signature(function).parameters]
+    return [
+        (name, Int64Array if wide and name == WIDE else hints[name]) for name in inspect.signature(function).parameters
+    ]
 
 
 def results(function: FunctionType) -> tuple[Any, ...]:
@@ -114,7 +120,9 @@ def entry_name(name: str) -> str:
     return f"cspcheck_{name}"
 
 
-def translated(modules: Sequence[ModuleType], entries: Mapping[str, Sequence[Mapping[str, int]]]) -> ir.Module:
+def translated(
+    modules: Sequence[ModuleType], entries: Mapping[str, Sequence[Mapping[str, int]]], wide: bool = False
+) -> ir.Module:
     """A module of LLVM with all kernels of some modules.
 
     Args:
@@ -122,6 +130,7 @@ def translated(modules: Sequence[ModuleType], entries: Mapping[str, Sequence[Map
         entries: the kernels that are called from outside. Each has a function :func:`entry_name` that takes the
             address of its words: first room for the results, then the words of the arguments. Beside it are the sets
             of arguments that are worth a copy of the kernel in which these are constants.
+        wide: whether it is the wide kernels.
     """
     module = ir.Module(name="kernels")
     made: dict[FunctionType, Any] = {}
@@ -130,20 +139,20 @@ def translated(modules: Sequence[ModuleType], entries: Mapping[str, Sequence[Map
             node.name: node for node in ast.parse(inspect.getsource(source)).body if isinstance(node, ast.FunctionDef)
         }
         for function in source.KERNELS:
-            made[function] = declared(module, function, inlined=function.__name__ not in entries)
+            made[function] = declared(module, function, inlined=function.__name__ not in entries, wide=wide)
         for function in source.KERNELS:
-            _Function(module, made, function, trees[function.__name__]).translate()
+            _Function(module, made, function, trees[function.__name__], wide).translate()
     for function, internal in made.items():
         if function.__name__ in entries:
-            _export(module, function, internal, entries[function.__name__])
+            _export(module, function, internal, entries[function.__name__], wide)
     return module
 
 
-def declared(module: ir.Module, function: FunctionType, inlined: bool) -> Any:
+def declared(module: ir.Module, function: FunctionType, *, inlined: bool, wide: bool) -> Any:
     """A kernel as a function of LLVM, without its body."""
     given = results(function)
     kind = ir.VoidType() if not given else WORD if len(given) == 1 else ir.LiteralStructType([WORD] * len(given))
-    words = [word for _, parameter in parameters(function) for word in words_of(parameter)]
+    words = [word for _, parameter in parameters(function, wide) for word in words_of(parameter)]
     internal = ir.Function(module, ir.FunctionType(kind, words), name=function.__name__)
     internal.linkage = "internal"
     internal.attributes.add("nounwind")
@@ -152,7 +161,9 @@ def declared(module: ir.Module, function: FunctionType, inlined: bool) -> Any:
     return internal
 
 
-def _export(module: ir.Module, function: FunctionType, internal: Any, constants: Sequence[Mapping[str, int]]) -> None:
+def _export(
+    module: ir.Module, function: FunctionType, internal: Any, constants: Sequence[Mapping[str, int]], wide: bool
+) -> None:
     """The function by which a kernel is called from outside."""
     outer = ir.Function(module, ir.FunctionType(ir.VoidType(), [WORD.as_pointer()]), name=entry_name(function.__name__))
     outer.attributes.add("nounwind")
@@ -160,7 +171,7 @@ def _export(module: ir.Module, function: FunctionType, internal: Any, constants:
     room = len(results(function))
     words: list[Any] = []
     numbers: dict[str, int] = {}
-    for name, kind in parameters(function):
+    for name, kind in parameters(function, wide):
         numbers[name] = len(words)
         for word in words_of(kind):
             place = builder.gep(outer.args[0], [WORD(room + len(words))], source_etype=WORD)
@@ -215,9 +226,14 @@ class _Function:
     """The translation of one kernel."""
 
     def __init__(
-        self, module: ir.Module, made: Mapping[FunctionType, Any], function: FunctionType, tree: ast.FunctionDef
+        self,
+        module: ir.Module,
+        made: Mapping[FunctionType, Any],
+        function: FunctionType,
+        tree: ast.FunctionDef,
+        wide: bool,
     ) -> None:
-        self.module, self.made, self.function, self.tree = module, made, function, tree
+        self.module, self.made, self.function, self.tree, self.wide = module, made, function, tree, wide
         self.internal = made[function]
         self.frame = self.internal.append_basic_block("variables")
         self.builder = ir.IRBuilder(self.internal.append_basic_block("body"))
@@ -232,7 +248,7 @@ class _Function:
     def translate(self) -> None:
         """Fill in the body."""
         words = list(self.internal.args)
-        for name, kind in parameters(self.function):
+        for name, kind in parameters(self.function, self.wide):
             thing = thing_of(kind, words)
             if isinstance(thing, Span | Record):
                 self.aliases[name] = thing
@@ -571,7 +587,7 @@ class _Function:
     def call(self, node: ast.Call, callee: FunctionType) -> Thing:
         """Call another kernel."""
         words: list[Any] = []
-        for argument, (_, kind) in zip(node.args, parameters(callee), strict=True):
+        for argument, (_, kind) in zip(node.args, parameters(callee, self.wide), strict=True):
             words += [self.number(argument)] if kind in (int, bool) else words_in(self.value(argument))
         return self.builder.call(self.made[callee], words)
 

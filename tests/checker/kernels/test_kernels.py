@@ -79,7 +79,16 @@ checked = settings(max_examples=100, deadline=None, suppress_health_check=[Healt
 
 @pytest.mark.parametrize(
     ("compiled", "wide_bits", "reserve_bits"),
-    [(False, 31, 20), (True, 31, 20), (False, 4, 20), (False, 1, 20), (True, 31, 4), (False, 6, 4), (True, 31, 1)],
+    [
+        (False, 31, 20),
+        (True, 31, 20),
+        (False, 4, 20),
+        (False, 1, 20),
+        (True, 31, 4),
+        (False, 6, 4),
+        (True, 31, 1),
+        (True, 4, 20),
+    ],
 )
 @checked
 @given(data=st.data(), stride=st.integers(1, 3))

@@ -82,11 +82,9 @@ def test_nothing_that_is_done_with_it_changes_it(tmp_path: Path, caplog: pytest.
     use()
     (place,) = kept(tmp_path)
     before = place.read_bytes(), place.stat().st_mtime_ns
-    code = jit.kernels(True)
+    code, rows = jit.kernels(True), np.zeros(1, dtype=np.int64)
     with pytest.raises(TypeError, match="settle, argument table: a contiguous array of int32 is expected"):
-        code.settle(
-            *[np.zeros(1, dtype=np.int64), 0, 1, np.zeros(1, dtype=np.int64), 0], *[np.zeros(1, np.int64)] * 2, 3
-        )
+        code.settle(rows, 0, 1, rows, 0, rows, np.zeros(1, dtype=np.int16), 3)  # type: ignore[arg-type]
     use()
     assert (place.read_bytes(), place.stat().st_mtime_ns) == before
     assert caplog.messages == []
@@ -194,3 +192,14 @@ def test_what_machine_code_is_handed_of_a_tuple_is_no_part_of_it() -> None:
     for other in (copy.copy(guide), copy.deepcopy(guide), guide._replace(word=1), pickle.loads(pickle.dumps(guide))):
         assert other.words is None
         assert type(other) is type(guide)
+
+
+def test_tables_of_wide_entries_have_kernels_of_their_own(tmp_path: Path) -> None:
+    """They are made when one is used, and kept as the others are."""
+    use()
+    code = jit.kernels(True)
+    for _ in range(2):
+        table = np.array([-1, 5 << 3 | 7, -1], dtype=np.int64)
+        code.settle(np.array([9]), 1, 1, np.zeros(4, dtype=np.int64), 2, np.array([1]), table, 3)  # type: ignore[arg-type]
+        assert table.tolist() == [-1, 5 << 3 | 2, -1]
+        assert len(kept(tmp_path)) == 2
