@@ -118,11 +118,17 @@ class Compiler:
         if not self._has_parts(plain.semantics.state(priority.operand)):
             return None
         try:
-            # A priority may leave next to nothing of an operand that has nearly no end.
-            return self._single(process, min(SMALL, self._slot_states, most))
-        except LimitReached:
-            pass
-        try:
+            small = min(SMALL, self._slot_states, most)
+            for few in FEW:
+                try:
+                    return priority.over(plain._composed(priority.operand, min(few, small)))
+                except _TooLarge:
+                    pass
+            try:
+                # A priority may leave next to nothing of components that have nearly no end.
+                return self._single(process, small)
+            except LimitReached:
+                pass
             return priority.over(plain._network(priority.operand, most))
         except (TooManyActions, LimitReached):
             # Without the priority there may be no end to it.
