@@ -19,7 +19,7 @@ from cspcheck.checker.reduction.bisimulation import strong_bisimulation
 from cspcheck.checker.reduction.compression import COMPRESSIONS
 from cspcheck.checker.reduction.priority import prioritised, prioritised_by_order
 from cspcheck.checker.semantics.external import FOLLOWING
-from cspcheck.checker.semantics.machine_states import ExplicitMachine
+from cspcheck.checker.semantics.machine_states import ExplicitMachine, MachineParts
 from cspcheck.checker.semantics.transitions import Semantics
 from cspcheck.checker.verdict import Limits
 from cspcheck.cspm.diagnostics import ScriptError
@@ -55,7 +55,7 @@ class MachineTerms:
         original: compiles processes without machines: what all this must be held against.
         compiler: compiles them with machines.
         budget: what may be used at the moment.
-        whole: the priority that is searched as a whole, and so need not become a machine unless it is small.
+        whole: the priority that is searched as a whole, and so becomes a machine only for machines inside it.
     """
 
     def __init__(self, explore: Explore) -> None:
@@ -109,12 +109,17 @@ class MachineTerms:
         assert isinstance(term, (Compressed, Prioritised, External))
         compiler = self.compiler if surroundings == "any" else self._strict
         budget = self.budget or Budget(Limits())
+        try:
+            state = compiler.semantics.state(term.process)
+        except ScriptError:  # where nothing in its company ever gets, perhaps
+            return None
         if isinstance(term, Compressed):
             turns: tuple[int, ...] = (MOST_STATES,)
         else:
-            turns = TURNS[:1] if term == self.whole else TURNS
+            # A whole without machines inside is searched as a network.
+            turns = TURNS if term != self.whole or MachineParts()(state) else ()
         for most in turns:
-            lts = self._operand(compiler, term, budget.narrowed(most))
+            lts = self._operand(compiler, state, term.process, budget.narrowed(most))
             if lts is not None:
                 return _machine_of(term, lts, budget)
             if not isinstance(term, Compressed):
@@ -124,16 +129,12 @@ class MachineTerms:
                     return machine.term(machine.lts.root)
         return None
 
-    def _operand(self, compiler: Compiler, term: _Applied, budget: Budget) -> Lts | None:
-        """The machine of what a function is applied to; None if it has too many states."""
-        try:
-            state = compiler.semantics.state(term.process)
-        except ScriptError:
-            return None
+    def _operand(self, compiler: Compiler, state: Process, process: Process, budget: Budget) -> Lts | None:
+        """The machine of what a function is applied to, which is in *state*; None if it has too many states."""
         if isinstance(state, MachineState):
             assert isinstance(state.machine, ExplicitMachine)
             return reachable(replace(state.machine.lts, root=state.state))
-        return self._tried(compiler, term.process, budget)
+        return self._tried(compiler, process, budget)
 
     def _tried(self, compiler: Compiler, process: Process, budget: Budget) -> Lts | None:
         """The machine of a process; None if it has too many states."""

@@ -118,17 +118,18 @@ class Compiler:
         if not self._has_parts(plain.semantics.state(priority.operand)):
             return None
         try:
-            small = min(SMALL, self._slot_states, most)
-            for few in FEW:
+            for few in (*FEW, SMALL, 10 * SMALL):
+                few = min(few, self._slot_states, most)
                 try:
-                    return priority.over(plain._composed(priority.operand, min(few, small)))
+                    return priority.over(plain._composed(priority.operand, few))
                 except _TooLarge:
                     pass
-            try:
-                # A priority may leave next to nothing of components that have nearly no end.
-                return self._single(process, small)
-            except LimitReached:
-                pass
+                if few >= SMALL:
+                    try:
+                        # A priority may leave next to nothing of components that have nearly no end.
+                        return self._single(process, few)
+                    except LimitReached:
+                        pass
             return priority.over(plain._network(priority.operand, most))
         except (TooManyActions, LimitReached):
             # Without the priority there may be no end to it.
