@@ -310,11 +310,38 @@ class OperationSchema(Node):
 class OperationDefinition(Node):
     """``op Swap = Pop ; Push``: an operation by an expression over others.
 
-    In ``body`` the operators are ``compose`` (``;``), ``and``, ``choice`` (``[]``), ``parallel`` (``||``), ``hide``
-    and ``enrich`` (``@``); its references name operations.
+    In ``body`` the operators are ``compose`` (``;``), ``and``, ``or``, ``choice`` (``[]``), ``parallel`` (``||``),
+    ``parallel_open`` (``||!``), ``hide`` and ``enrich`` (``@``); its references name operations.
     """
 
     name: str
+    body: Term
+
+
+@dataclass(frozen=True, kw_only=True)
+class OperationText(Term):
+    """``[Delta(x); k? : T | p]`` in an expression over operations; predicates alone are a guard."""
+
+    delta: tuple[NameDeclaration, ...] | None
+    declarations: tuple[Declare, ...] = ()
+    predicates: tuple[Term, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Renamed(Term):
+    """``Op[new!/old!]``: pairs of ``renamings`` are (new, old)."""
+
+    term: Term
+    renamings: tuple[tuple[Declared, Declared], ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Distributed(Term):
+    """``[] x : S | p @ Op`` and the same with ``and``, ``;`` and ``||``: one operation for each value."""
+
+    kind: Literal["choice", "and", "compose", "parallel"]
+    declarations: tuple[Declare, ...]
+    condition: Term | None
     body: Term
 
 

@@ -213,16 +213,22 @@ class _Desugaring:
         users: dict[str, list[tuple[core.ClassModel, core.Channel]]] = {}
         for model in self.models.values():
             for channel in model.channels.values():
-                if channel.kind == "chan":
+                if channel.kind in ("chan", "operation"):
                     users.setdefault(channel.name, []).append((model, channel))
         for name, found in users.items():
             definite = [(m, c) for m, c in found if not _is_generic(c, m)]
             if definite and len({tuple([p.type for p in c.parameters]) for _, c in found}) > 1:
                 users[name] = definite
-        return users
+        return {name: found for name, found in users.items() if self._agree(found)}
+
+    def _agree(self, users: Sequence[tuple[core.ClassModel, core.Channel]]) -> bool:
+        """Whether the users of a name mean one channel: operations of plain Object-Z with the same parameters do."""
+        plain = all(channel.kind == "operation" for _, channel in users)
+        return not plain or len({tuple([p.type for p in c.parameters]) for _, c in users}) == 1
 
     def _is_shared(self, model: core.ClassModel, channel: core.Channel) -> bool:
-        return channel.kind == "chan" and any(m is model for m, _ in self.sharing[channel.name])
+        shared = self.sharing.get(channel.name, ())
+        return channel.kind in ("chan", "operation") and any(m is model for m, _ in shared)
 
     def _wider(self, model: core.ClassModel) -> Iterator[str]:
         """The channels without schema that the script, or another class, gives more values than the class does."""
@@ -258,7 +264,8 @@ class _Desugaring:
         local = [c for c in model.channels.values() if c.kind == "local_chan"]
         done = syntax.ChannelDeclaration(span=span, names=(syntax.NameDeclaration(span=span, name=DONE),))
         private: list[Declaration] = [done, *[self._channel([(model, channel)]) for channel in local]]
-        own = [c for c in model.channels.values() if c.kind == "chan" and not self._is_shared(model, c)]
+        open_ = [c for c in model.channels.values() if c.kind in ("chan", "operation")]
+        own = [c for c in open_ if not self._is_shared(model, c)]
         exported: list[Declaration] = [self._channel([(model, channel)]) for channel in (*methods, *own)]
         exported += [self._constant(constant, name) for constant in model.constants]
         mains: list[Name] = []

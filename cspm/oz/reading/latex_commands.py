@@ -41,6 +41,7 @@ _OTHERS: Final = {
     "SDEF": r"\sdef \sdefs \defs \triangleq",
     ";": r"\semi \zcmp \dzcmp",
     "||": r"\pll \parallel",
+    "||!": r"\plo",
     "[]": r"\gch \Box",
     "\\": r"\hide",
     "{": r"\{ \lbrace \lset",
@@ -92,6 +93,8 @@ for _command, _tidy in {
     r"\sim": r"\inv",
 }.items():
     COMMANDS.setdefault(_command, (COMMANDS[_tidy][0], _tidy))
+for _command, _kind in {r"\dcnj": "and", r"\dgch": "[]", r"\dsqc": ";", r"\dpll": "||"}.items():
+    COMMANDS[_command] = (_kind, "")
 COMMANDS[r"\cdot"] = COMMANDS[r"\ast"] = ("*", "*")
 COMMANDS[r"\colon"] = (":", ":")
 COMMANDS[r"\dot"] = COMMANDS[r"\bullet"] = ("@", "@")
@@ -169,7 +172,7 @@ UNSUPPORTED: Final[Mapping[str, str]] = {
     **dict.fromkeys([r"\poly", r"\classuni"], "polymorphism"),
     **dict.fromkeys([r"\self", r"\oid", r"\cid", r"\sid", r"\eid", r"\copyright"], "references to objects"),
     **dict.fromkeys([r"\theta", r"\pre", r"\pipe"], "the schema calculus"),
-    **dict.fromkeys([r"\dcnj", r"\dgch", r"\dsqc", r"\dpll", r"\dplo", r"\plo"], "distributed operations"),
+    r"\dplo": "the associative parallel operator, distributed,",
 }
 """What of Object-Z has no counterpart here, in words."""
 

@@ -290,7 +290,7 @@ def _definition(tokens: Sequence[Token], place: int, end: int, sign: int, *, in_
             return [_word(token, "init"), *inner, _ended(token)], close + 1 - place
         return [_word(token, "schema"), _plain(token), *_box(inner), _ended(token)], close + 1 - place
     text_of_line = tokens[sign + 1 : _equation_end(tokens, sign + 1)]
-    if len(head) > 1 or any(_is_csp(t) for t in text_of_line) or not in_class:
+    if len(head) > 1 or not in_class or (not boxed and any(_is_csp(t) for t in text_of_line)):
         return [token], 1
     tokens[sign].kind = "="
     return [_word(token, "op"), _plain(token)], 1

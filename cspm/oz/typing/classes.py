@@ -8,14 +8,15 @@ itself and are replaced where it is inherited or used with arguments.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TypeAlias, TypeVar
 
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
 from cspcheck.cspm.oz.typing.equations import check_equations, renamed_equations
-from cspcheck.cspm.oz.typing.operations import Boxes, inherited_operations, joined_sets
+from cspcheck.cspm.oz.typing.operation_calculus import Box, Surroundings, joined_sets
+from cspcheck.cspm.oz.typing.operations import PREFIXES, Boxes, inherited_operations
 from cspcheck.cspm.oz.typing.paragraphs import Paragraphs
 from cspcheck.cspm.oz.typing.scopes import (
     ConstructorEntry,
@@ -44,7 +45,8 @@ class _Built:
 
     model: core.ClassModel
     scope: Scope
-    types: dict[str, tuple[Definition, str]] = field(default_factory=dict)
+    boxes: dict[str, Box]
+    types: dict[str, tuple[Definition, str]]
 
 
 class Classes:
@@ -148,6 +150,8 @@ class _Builder:
         self.operations: dict[str, core.Operation] = {}
         self.processes: list[core.ProcessPart] = []
         self.parents: list[str] = []
+        self.boxes: dict[str, Box] = {}
+        """The schemas of parents, by the names of their operations."""
 
     def build(self) -> _Built:
         tree = self.tree
@@ -158,17 +162,10 @@ class _Builder:
             self._interface(interface)
         self._state()
         states = self.primary | self.secondary
-        boxes = Boxes(
-            tree,
-            self.channels,
-            self.classes.typing,
-            self.scope,
-            states,
-            set(self.secondary),
-            self.invariant,
-            self.report,
-        )
-        own = boxes.operations()
+        self._plain_operations()
+        around = Surroundings(tree.name, states, frozenset(self.secondary), self.invariant)
+        boxes = Boxes(tree, self.channels, self.classes.typing, self.scope, around, self.boxes, self.report)
+        own = boxes.operations(self.operations)
         # A method that was declared without parameters has those of its schema.
         self.channels.update(boxes.channels)
         joined = inherited_operations(self._aligned(self.operations), own, self.report)
@@ -195,7 +192,7 @@ class _Builder:
             operations=self.operations,
             processes=tuple(self.processes),
         )
-        return _Built(model, self.scope, self.types)
+        return _Built(model, self.scope, boxes.boxes(), self.types)
 
     # --- inheritance ------------------------------------------------------------------------------------------
 
@@ -218,7 +215,7 @@ class _Builder:
         built = self.classes.build(inherit.name, arguments, self.report)
         if built is None:
             return
-        parent = self._renamed(built.model, inherit)
+        parent = self._renamed(built, inherit)
         self.parents.append(parent.name)
         for name, (entry, owner) in built.types.items():
             self._adopt(name, entry, owner)
@@ -236,6 +233,9 @@ class _Builder:
             self.initial = self.initial or []
             self._extend(self.initial, parent.initial)
         self.operations = inherited_operations(self.operations, self._aligned(parent.operations), self.report)
+        names = {old.name: new.name for new, old in inherit.renamings}
+        for name, box in built.boxes.items():
+            self.boxes[names.get(name, name)] = box
         for part in parent.processes:
             if part not in self.processes:
                 self.processes.append(part)
@@ -293,13 +293,14 @@ class _Builder:
         else:
             self.channels[channel.name] = _narrowed(first, channel)
 
-    def _renamed(self, parent: core.ClassModel, inherit: s.Inherit) -> core.ClassModel:
+    def _renamed(self, built: _Built, inherit: s.Inherit) -> core.ClassModel:
         """A parent with channels and methods called as the child wishes."""
+        parent = built.model
         if not inherit.renamings:
             return parent
         names: dict[str, str] = {}
         for new, old in inherit.renamings:
-            if old.name not in parent.channels:
+            if old.name not in parent.channels and old.name not in built.boxes:
                 near = suggestions(old.name, parent.channels)
                 self.report(messages.rename_unknown(old.name, parent.name, old.span, near))
             names[old.name] = new.name
@@ -386,6 +387,23 @@ class _Builder:
             elif before is not None:
                 channel = _narrowed(channel, before)
             self.channels[declared.name] = channel
+
+    def _plain_operations(self) -> None:
+        """The interface of a class of plain Object-Z, without channels: its visible operations."""
+        if any(channel.kind != "operation" for channel in self.channels.values()):
+            return
+        visible = None if self.tree.visibility is None else {name.name for name in self.tree.visibility}
+        own = {o.name: o.span for o in self.tree.operations if not o.name.startswith(PREFIXES)}
+        for name, span in {**{name: box.span for name, box in self.boxes.items()}, **own}.items():
+            if visible is None and name in self.boxes and name not in own:
+                continue  # visible already, or else the parent's own business
+            if (visible is None or name in visible) and name not in self.channels:
+                self.channels[name] = core.Channel(
+                    name=name, kind="operation", parameters=(), owner=self.tree.name, span=span
+                )
+        for name in set(self.channels) - (visible if visible is not None else set(self.channels)):
+            del self.channels[name]
+            self.operations.pop(name, None)
 
     def _state(self) -> None:
         tree, paragraphs = self.tree, self.classes.paragraphs

@@ -32,19 +32,23 @@ def compare_interfaces(
         report: told what does not match.
     """
     agreed = set()
+    compositions, mentioned = _compositions(models, outside)
     for name, users in _sharing(list(models.values())).items():
         if name in unclear:
             continue
+        if all(channel.kind == "operation" for _, channel in users) and not any(
+            len([model for model, _ in users if model.name in composition]) > 1 for composition in compositions
+        ):
+            continue  # classes of plain Object-Z that do not meet may call different operations the same
         users = _without_ancestors(users, models)
         if all(_compared(users[0], other, report) for other in users[1:]):
             agreed.add(name)
-    compositions, mentioned = _compositions(models, outside)
     for composition in compositions:
         composed = _sharing([models[name] for name in composition])
         for name, users in composed.items():
             if name in agreed:
                 _ends(name, users, report)
-            if len(users) == 1 and name not in mentioned:
+            if len(users) == 1 and name not in mentioned and users[0][1].kind == "chan":
                 owner, channel = users[0]
                 others = [n for n, found in composed.items() if all(m.name != owner.name for m, _ in found)]
                 report(messages.lonely_channel(name, owner.name, channel.span, suggestions(name, others)))
@@ -55,7 +59,7 @@ def _sharing(models: Sequence[core.ClassModel]) -> dict[str, list[tuple[core.Cla
     sharing: dict[str, list[tuple[core.ClassModel, core.Channel]]] = {}
     for model in models:
         for channel in model.channels.values():
-            if channel.kind == "chan":
+            if channel.kind in ("chan", "operation"):
                 sharing.setdefault(channel.name, []).append((model, channel))
     return sharing
 

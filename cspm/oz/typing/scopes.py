@@ -105,17 +105,17 @@ Entry: TypeAlias = (
 
 
 class Scope:
-    """Names and what they mean, with the scope around. Parameters are kept apart: ``x`` and ``x?`` may both exist."""
+    """Names and what they mean, with the scope around. ``x``, ``x?`` and ``x!`` are different variables."""
 
     def __init__(self, outer: Scope | None = None) -> None:
         self.outer = outer
         self._entries: dict[str, Entry] = {}
-        self._parameters: dict[str, ParameterEntry] = {}
+        self._parameters: dict[tuple[str, core.ParameterKind], ParameterEntry] = {}
 
     def add(self, name: str, entry: Entry) -> None:
         """Give *name* a meaning here; one from further out is hidden."""
         if isinstance(entry, ParameterEntry) and entry.kind != "simple":
-            self._parameters[name] = entry
+            self._parameters[name, entry.kind] = entry
         else:
             self._entries[name] = entry
 
@@ -129,13 +129,15 @@ class Scope:
             scope = scope.outer
         return None
 
-    def parameter(self, name: str) -> ParameterEntry | None:
-        """The input or output called *name*."""
+    def parameter(self, name: str, kind: core.ParameterKind | None = None) -> ParameterEntry | None:
+        """The input or output called *name*; where there are both, the one of *kind*."""
+        wanted: tuple[core.ParameterKind, ...] = ("input", "output") if kind is None else (kind,)
         scope: Scope | None = self
         while scope is not None:
-            entry = scope._parameters.get(name)
-            if entry is not None:
-                return entry
+            for each in wanted:
+                entry = scope._parameters.get((name, each))
+                if entry is not None:
+                    return entry
             scope = scope.outer
         return None
 
@@ -154,8 +156,8 @@ class Scope:
         """The inputs and outputs in scope, with their decorations."""
         scope: Scope | None = self
         while scope is not None:
-            for name, entry in scope._parameters.items():
-                yield name + ("?" if entry.kind == "input" else "!")
+            for name, kind in scope._parameters:
+                yield name + ("?" if kind == "input" else "!")
             scope = scope.outer
 
 
@@ -222,4 +224,14 @@ def subterms(term: s.Term) -> Iterator[s.Term]:
             yield term.otherwise
         case s.Local():
             yield from (value for _, value in term.definitions)
+            yield term.body
+        case s.OperationText():
+            yield from (declaration.carrier for declaration in term.declarations)
+            yield from term.predicates
+        case s.Renamed():
+            yield term.term
+        case s.Distributed():
+            yield from (declaration.carrier for declaration in term.declarations)
+            if term.condition is not None:
+                yield term.condition
             yield term.body

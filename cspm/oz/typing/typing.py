@@ -126,6 +126,16 @@ class Typing:
                 inner.add(name.name, VariableEntry(variable, name.span))
         return tuple(found), inner
 
+    def local(self, scope: Scope, name: s.Declared, value: s.Term, place: Place) -> Scope:
+        """The scope in which a name stands for a value.
+
+        Raises:
+            Wrong: something in the value is wrong.
+        """
+        inner = Scope(scope)
+        inner.add(name.name, VariableEntry(self._term(value, scope, place), name.span))
+        return inner
+
     # --- predicates -------------------------------------------------------------------------------------------
 
     def _predicate(self, node: s.Term, scope: Scope, place: Place) -> Term:
@@ -274,9 +284,10 @@ class Typing:
         failed = scope.find(written)
         if isinstance(failed, FailedEntry):
             raise Wrong(failed.diagnostic)
-        entry = scope.parameter(node.name)
         kind: core.ParameterKind = "input" if node.decoration == "?" else "output"
-        if entry is None or entry.kind != kind:
+        found = scope.parameter(node.name, kind)
+        entry = found or scope.parameter(node.name)
+        if entry is None or found is None:
             other = None if entry is None else node.name + ("?" if entry.kind == "input" else "!")
             near = suggestions(written, scope.parameters()) if other is None else (other,)
             if not near and scope.find(node.name) is not None:

@@ -120,12 +120,28 @@ def operation_terms(depth: int):
         return base
     t = operation_terms(depth - 1)
     hidden = node(z.Display, kind=st.just("set"), items=some(references, 1, 2))
+    text = node(
+        z.OperationText,
+        delta=st.one_of(st.none(), some(declared_names)),
+        declarations=declares(references, 0),
+        predicates=some(references, 1),
+    )
+    decorated_names = node(z.Declared, name=names, decoration=decorations)
     return st.one_of(
         base,
+        text,
+        node(z.Renamed, term=t, renamings=some(st.tuples(decorated_names, decorated_names), 1, 2)),
+        node(
+            z.Distributed,
+            kind=st.sampled_from(["choice", "and", "compose", "parallel"]),
+            declarations=declares(references, 1),
+            condition=st.one_of(st.none(), references),
+            body=t,
+        ),
         node(z.Grouped, inner=t),
         node(
             z.Operator,
-            name=st.sampled_from(["enrich", "parallel", "choice", "and", "compose"]),
+            name=st.sampled_from(["enrich", "parallel", "parallel_open", "choice", "or", "and", "compose"]),
             operands=st.tuples(t, t),
         ),
         node(z.Operator, name=st.just("hide"), operands=st.tuples(t, hidden)),
@@ -211,7 +227,11 @@ def classes(terms):
                     declarations=declares(terms, 0),
                     predicates=lines(terms),
                 ),
-                node(z.OperationDefinition, name=names, body=operation_terms(2)),
+                node(
+                    z.OperationDefinition,
+                    name=names,
+                    body=operation_terms(2).filter(lambda body: not isinstance(body, z.OperationText)),
+                ),
             )
         ),
     )
