@@ -36,10 +36,10 @@ def compare_interfaces(
     for name, users in _sharing(list(models.values())).items():
         if name in unclear:
             continue
-        if all(channel.kind == "operation" for _, channel in users) and not any(
-            len([model for model, _ in users if model.name in composition]) > 1 for composition in compositions
-        ):
-            continue  # classes of plain Object-Z that do not meet may call different operations the same
+        if all(channel.kind == "operation" for _, channel in users):
+            # Classes of plain Object-Z that do not meet may call different operations the same.
+            met = {model for composition in compositions for model in _met(users, composition)}
+            users = [(model, channel) for model, channel in users if model.name in met]
         users = _without_ancestors(users, models)
         if all(_compared(users[0], other, report) for other in users[1:]):
             agreed.add(name)
@@ -52,6 +52,12 @@ def compare_interfaces(
                 owner, channel = users[0]
                 others = [n for n, found in composed.items() if all(m.name != owner.name for m, _ in found)]
                 report(messages.lonely_channel(name, owner.name, channel.span, suggestions(name, others)))
+
+
+def _met(users: Sequence[tuple[core.ClassModel, core.Channel]], composition: tuple[str, ...]) -> list[str]:
+    """The users of an operation that meet another one in a composition."""
+    found = [model.name for model, _ in users if model.name in composition]
+    return found if len(found) > 1 else []
 
 
 def _sharing(models: Sequence[core.ClassModel]) -> dict[str, list[tuple[core.ClassModel, core.Channel]]]:
