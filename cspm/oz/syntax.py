@@ -120,7 +120,10 @@ class Declared(Node):
 
 @dataclass(frozen=True, kw_only=True)
 class Declare(Node):
-    """``x, y : T``; ``carrier`` is the set that the values are taken from."""
+    """``x, y : T``; ``carrier`` is the set that the values are taken from.
+
+    Without names it includes the schema that ``carrier`` is: ``S``, ``S'``, ``Delta S``.
+    """
 
     names: tuple[Declared, ...]
     carrier: Term
@@ -161,6 +164,22 @@ class Local(Term):
 
     definitions: tuple[tuple[NameDeclaration, Term], ...]
     body: Term
+
+
+@dataclass(frozen=True, kw_only=True)
+class SchemaText(Term):
+    """``[x : T; S | p]``: a schema without a name."""
+
+    declarations: tuple[Declare, ...]
+    predicates: tuple[Term, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Renamed(Term):
+    """``S[new/old]``, ``Op[new!/old!]``: pairs of ``renamings`` are (new, old)."""
+
+    term: Term
+    renamings: tuple[tuple[Declared, Declared], ...]
 
 
 # --- paragraphs --------------------------------------------------------------------------------------------------
@@ -325,14 +344,6 @@ class OperationText(Term):
     delta: tuple[NameDeclaration, ...] | None
     declarations: tuple[Declare, ...] = ()
     predicates: tuple[Term, ...] = ()
-
-
-@dataclass(frozen=True, kw_only=True)
-class Renamed(Term):
-    """``Op[new!/old!]``: pairs of ``renamings`` are (new, old)."""
-
-    term: Term
-    renamings: tuple[tuple[Declared, Declared], ...]
 
 
 @dataclass(frozen=True, kw_only=True)

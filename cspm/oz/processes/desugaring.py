@@ -108,7 +108,7 @@ class _Desugaring:
                 yield self._free(definition)
             # A datatype of CSPm is there already.
         for name, record in specification.records.items():
-            if self._claim(name, "a schema", record.span):
+            if name.isidentifier() and self._claim(name, "a schema", record.span):
                 kind = core.RecordType(name, tuple([(f.name, f.type) for f in record.fields]))
                 carrier = core.Apply(type=core.SetType(kind), operator="Records")
                 yield _value(name, record.span, self._set([carrier], None, record.span))
@@ -126,6 +126,8 @@ class _Desugaring:
         """The name and the set of an abbreviation of a set."""
         if not isinstance(paragraph, oz.Abbreviation) or paragraph.generics:
             return None
+        if paragraph.name in self.specification.records:
+            return None  # a schema, which is known already
         entry = self.elaborated.classes.scope.find(paragraph.name)
         if not isinstance(entry, SetEntry) or not isinstance(entry.term.type, core.SetType):
             return None

@@ -32,7 +32,7 @@ _OTHERS: Final = {
     "(|": r"\limg \lblot \lbind",
     "|)": r"\rimg \rblot \rbind",
     "<<": r"\ldata",
-    ">>": r"\rdata",
+    ">>": r"\rdata \pipe",
     "@": r"\spot",
     "|": r"\mid \bar \vert",
     "where": r"\where \ST",
@@ -120,6 +120,8 @@ NAMES: Final[Mapping[str, tuple[str, str]]] = {
     r"\view": ("view", ""),
     r"\retrieve": ("retrieve", ""),
     r"\between": ("between", ""),
+    r"\theta": ("theta", ""),
+    r"\pre": ("pre", ""),
     **{rf"\{word}": (word, "") for word in ("head", "tail", "last", "front", "rev", "squash", "items", "first")},
     r"\Skip": ("SKIP", ""),
     r"\Stop": ("STOP", ""),
@@ -171,7 +173,6 @@ TEXTS: Final = frozenset([r"\text", r"\textrm", r"\mbox", r"\hbox", r"\comment",
 UNSUPPORTED: Final[Mapping[str, str]] = {
     **dict.fromkeys([r"\poly", r"\classuni"], "polymorphism"),
     **dict.fromkeys([r"\self", r"\oid", r"\cid", r"\sid", r"\eid", r"\copyright"], "references to objects"),
-    **dict.fromkeys([r"\theta", r"\pre", r"\pipe"], "the schema calculus"),
     r"\dplo": "the associative parallel operator, distributed,",
 }
 """What of Object-Z has no counterpart here, in words."""

@@ -352,16 +352,8 @@ class Classes(Paragraphs):
     def _operation_renamed(self, start: int, term: z.Term) -> z.Term:
         """Read the ``[new/old]`` behind an operation, if there is one."""
         while self.token.kind == "[" and not self.token.first:
-            self.opened()
-            renamings = self.list_of(self._operation_renaming)
-            self.closed("]", "`,`")
-            term = z.Renamed(span=self.since(start), term=term, renamings=tuple(renamings))
+            term = z.Renamed(term=term, renamings=self.renaming_list(), span=self.since(start))
         return term
-
-    def _operation_renaming(self) -> tuple[z.Declared, z.Declared]:
-        new = self.declared()
-        self.expect("/", help="a renaming is written `[new!/old!]`")
-        return new, self.declared()
 
     def _distributed(self) -> z.Term:
         """Read ``[] x : S | p @ Op`` and its like, as far to the right as it goes."""

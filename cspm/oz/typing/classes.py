@@ -409,6 +409,7 @@ class _Builder:
         tree, paragraphs = self.tree, self.classes.paragraphs
         if tree.state is not None:
             own = {d.name: d for d in paragraphs.declared(tree.state.primary, self.scope)}
+            included = list(paragraphs.included((*tree.state.primary, *tree.state.secondary), self.scope))
             derived = {d.name: d for d in paragraphs.declared(tree.state.secondary, self.scope)}
             for name, declared in derived.items():
                 if name in own:
@@ -436,6 +437,8 @@ class _Builder:
             entry = StateEntry(declared.name, declared.type, secondary, declared.span)
             self.scope.add(declared.name, entry)
         if tree.state is not None:
+            states = self.primary | self.secondary
+            self._extend(self.invariant, [_of_states(predicate, states) for predicate in included])
             self._extend(self.invariant, paragraphs.predicates(tree.state.predicates, self.scope, "invariant"))
         if tree.initial is not None:
             self.initial = self.initial or []
@@ -457,6 +460,15 @@ class _Builder:
             if name.name not in known:
                 near = suggestions(name.name, sorted(known))
                 self.report(messages.not_visible(name.name, self.tree.name, name.span, near))
+
+
+def _of_states(predicate: core.Term, states: Mapping[str, core.Declared]) -> core.Term:
+    """What an included schema says of its components, said of the state variables that they are."""
+
+    def variable(v: core.Variable) -> core.Term | None:
+        return replace(v, role="before") if v.role == "bound" and v.name in states else None
+
+    return substituted(predicate, variable)
 
 
 def _called(operation: core.Operation, parameters: tuple[core.Parameter, ...]) -> core.Operation:

@@ -265,7 +265,11 @@ class Boxes:
         inner = Scope(scope)
         parameters = []
         seen: dict[str, Span] = {}
+        included: list[s.Term] = []
         for declaration in schema.declarations:
+            if not declaration.names:
+                included.append(declaration.carrier)
+                continue
             try:
                 carrier = self._typing.carrier(declaration.carrier, scope)
             except Wrong as wrong:
@@ -287,6 +291,11 @@ class Boxes:
                 parameters.append(parameter)
                 inner.add(name.name, ParameterEntry(name.name, kind, parameter.type, name.span))
         predicates = []
+        for node in included:
+            try:
+                predicates.append(self._included(node, scope, inner, parameters))
+            except Wrong as wrong:
+                self._report(wrong.diagnostic)
         for tree in schema.predicates:
             try:
                 predicates.append(self._typing.predicate(tree, inner, place))  # type: ignore[arg-type]
@@ -296,6 +305,20 @@ class Boxes:
             self._discipline(schema, delta, inner)
         declared = tuple([declared_in(parameter) for parameter in parameters])
         return Box(schema.name, delta, tuple(parameters), declared, tuple(predicates), schema.span)
+
+    def _included(self, node: s.Term, scope: Scope, inner: Scope, parameters: list[core.Parameter]) -> Term:
+        """What an included schema says; components that are no state variables are parameters of the operation."""
+        schema = self._typing.schemas.needed(node, scope)
+        for field in schema.fields:
+            base = field.name.rstrip("'?!")
+            kind = KINDS.get(field.name[len(base) :])
+            known = any((p.name, p.kind) == (base, kind) for p in parameters)
+            if kind is not None and not known and (kind != "simple" or base not in self._around.states):
+                parameters.append(
+                    core.Parameter(name=base, type=field.type, carrier=field.carrier, span=field.span, kind=kind)
+                )
+                inner.add(base, ParameterEntry(base, kind, field.type, field.span))
+        return self._typing.schemas.predicate(schema, inner, "effect", node.span)
 
     def _delta(self, schema: s.OperationSchema) -> tuple[str, ...]:
         found = []

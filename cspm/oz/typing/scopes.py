@@ -225,6 +225,9 @@ def subterms(term: s.Term) -> Iterator[s.Term]:
         case s.Local():
             yield from (value for _, value in term.definitions)
             yield term.body
+        case s.SchemaText():
+            yield from (declaration.carrier for declaration in term.declarations)
+            yield from term.predicates
         case s.OperationText():
             yield from (declaration.carrier for declaration in term.declarations)
             yield from term.predicates

@@ -224,6 +224,23 @@ def prime_out_of_place(name: str, place: str, span: Span) -> Diagnostic:
     )
 
 
+def no_schema(found: str, span: Span) -> Diagnostic:
+    """Something that is included, or composed with schemas, and is none."""
+    return Diagnostic(
+        "CSP631", f"this is no schema but of type `{found}`", span, help="a declaration is written `x : T`"
+    )
+
+
+def no_schema_here(span: Span) -> Diagnostic:
+    """A schema where only declarations of variables have a meaning."""
+    return Diagnostic("CSP631", "a schema cannot be included here", span, help="declare its components")
+
+
+def no_component(name: str, span: Span, suggested: Sequence[str]) -> Diagnostic:
+    """A name that is no component of a schema, where one is hidden or renamed."""
+    return Diagnostic("CSP630", f"`{name}` is no component of this schema", span, help=_meant(suggested))
+
+
 def prime_on_no_state(name: str, span: Span) -> Diagnostic:
     """A prime on something that does not change."""
     return Diagnostic(

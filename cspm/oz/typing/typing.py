@@ -7,7 +7,7 @@ asks for a predicate or a set decides how to go on.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import MutableMapping, Sequence
 from dataclasses import replace
 from itertools import count
 from typing import Final
@@ -33,6 +33,7 @@ from cspcheck.cspm.oz.core import (
 from cspcheck.cspm.oz.reading.operators import FUNCTIONS
 from cspcheck.cspm.oz.typing import type_messages as messages
 from cspcheck.cspm.oz.typing.fitting import UNKNOWN, Misfit, fit, join, unknown_in
+from cspcheck.cspm.oz.typing.schemas import WORDS as SCHEMA_WORDS, Schemas
 from cspcheck.cspm.oz.typing.scopes import (
     AmbiguousEntry,
     ClassEntry,
@@ -59,6 +60,7 @@ from cspcheck.cspm.oz.typing.typing_operators import (
     partition,
     toolkit_function,
 )
+from cspcheck.cspm.oz.writing.printer import print_term
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.spelling import suggestions
 
@@ -72,10 +74,11 @@ class Typing:
         records: what schemas have been declared, by name; grows while the specification is elaborated.
     """
 
-    def __init__(self, records: Mapping[str, core.RecordDefinition]) -> None:
+    def __init__(self, records: MutableMapping[str, core.RecordDefinition]) -> None:
         self._records = records
         self._fresh = count(1)
         self._instances: dict[tuple[int, tuple[Term, ...]], Term] = {}
+        self.schemas = Schemas(self, records)
 
     # --- what is asked for ------------------------------------------------------------------------------------
 
@@ -115,6 +118,8 @@ class Typing:
         inner = Scope(scope)
         found: list[Binder] = []
         for declaration in declarations:
+            if not declaration.names:
+                raise Wrong(messages.no_schema_here(declaration.span))
             carrier = settled(self._set(declaration.carrier, scope, place))
             assert isinstance(carrier.type, SetType)
             for name in declaration.names:
@@ -140,6 +145,8 @@ class Typing:
 
     def _predicate(self, node: s.Term, scope: Scope, place: Place) -> Term:
         term = self._term(node, scope, place)
+        if _is_schema(term):
+            return self.schemas.predicate(self.schemas.needed(node, scope), scope, place, node.span)
         if term.type != BOOL:
             raise Wrong(messages.no_predicate(str(term.type), node.span))
         return term
@@ -219,9 +226,14 @@ class Typing:
                 return self._record(node, scope, place)
             case s.Binding():
                 return self._comprehension(node, scope, place)
+            case s.SchemaText():
+                return self.schema(node, scope)
+            case s.Renamed():
+                return self.schema(node, scope)
             case s.Quantified():
-                binders, inner = self.binders(node.declarations, scope, place)
+                binders, inner, included = self._bound(node.declarations, scope, place)
                 condition = TRUE if node.condition is None else self._predicate(node.condition, inner, place)
+                condition = condition if included is None else core.conjunction((included, condition), node.span)
                 body = self._predicate(node.body, inner, place)
                 return core.Quantifier(
                     type=BOOL, kind=node.kind, binders=binders, condition=condition, body=body, span=node.span
@@ -242,7 +254,37 @@ class Typing:
     def _set(self, node: s.Term, scope: Scope, place: Place) -> Term:
         return as_set(self._term(node, scope, place), node.span)
 
+    def _bound(
+        self, declarations: Sequence[s.Declare], scope: Scope, place: Place
+    ) -> tuple[tuple[Binder, ...], Scope, Term | None]:
+        """The variables of a quantifier or comprehension, the scope inside, and what schemas among them say."""
+        if all(declaration.names for declaration in declarations):
+            return *self.binders(declarations, scope, place), None
+        return self.schemas.binders(self.schemas.declared(declarations, scope), scope)
+
+    def schema(self, node: s.Term, scope: Scope, name: str | None = None) -> Term:
+        """A schema expression as the set of its bindings; without a *name* it is known by what it says.
+
+        Raises:
+            Wrong: it is no schema, or something in it is wrong.
+        """
+        return self.schemas.named(name or print_term(node), self.schemas.needed(node, scope), node.span)
+
+    def instance(self, node: s.Reference, scope: Scope) -> Term | None:
+        """A generic abbreviation or schema with its actual parameters; None if the name is none."""
+        entry = scope.find(node.name)
+        return self._instance(node, entry, scope) if isinstance(entry, GenericEntry) else None
+
     def _reference(self, node: s.Reference, scope: Scope, place: Place) -> Term:
+        if node.decoration:
+            # A component of a schema has its decoration in its name.
+            component = scope.find(node.name + node.decoration)
+            if isinstance(component, VariableEntry):
+                return replace(component.term, span=node.span)
+            if place != "effect" and isinstance(scope.find(node.name), SetEntry):
+                schema = self.schemas.value(node, scope)
+                if schema is not None:
+                    return self.schemas.named(node.name + node.decoration, schema, node.span)
         if node.decoration in ("?", "!"):
             return self._parameter(node, scope, place)
         entry = scope.find(node.name)
@@ -320,7 +362,11 @@ class Typing:
             inner = Scope(entry.scope)
             for name, argument in zip(wanted, arguments, strict=True):
                 inner.add(name.name, SetEntry(argument, name.span))
-            self._instances[key] = self.expression(entry.abbreviation.body, inner, "axiom")
+            body = entry.abbreviation.body
+            if self.schemas.value(body, inner) is not None:
+                self._instances[key] = self.schema(body, inner, print_term(node))
+            else:
+                self._instances[key] = self.expression(body, inner, "axiom")
         return self._instances[key]
 
     # --- operators --------------------------------------------------------------------------------------------
@@ -353,6 +399,10 @@ class Typing:
             function = function.inner
         if isinstance(function, s.Reference) and function.decoration == "":
             entry = scope.find(function.name)
+            if entry is None and function.name == "theta":
+                return self.schemas.binding(node.argument, scope, place, node.span)
+            if entry is None and function.name in SCHEMA_WORDS:
+                return self.schema(node, scope)
             if isinstance(entry, ConstructorEntry):
                 if entry.carrier is None:
                     raise Wrong(messages.constructor_with_argument(entry.name, node.span))
@@ -441,8 +491,9 @@ class Typing:
         raise Wrong(messages.no_such_record(list(given), [r.name for r in self._records.values()], node.span))
 
     def _comprehension(self, node: s.Binding, scope: Scope, place: Place) -> Term:
-        binders, inner = self.binders(node.declarations, scope, place)
+        binders, inner, included = self._bound(node.declarations, scope, place)
         condition = TRUE if node.condition is None else self._predicate(node.condition, inner, place)
+        condition = condition if included is None else core.conjunction((included, condition), node.span)
         variables = tuple([Variable(type=b.type, name=b.name, role="bound", span=node.span) for b in binders])
         tuple_ = TupleType(tuple([b.type for b in binders])) if len(binders) > 1 else None
         characteristic: Term = (
@@ -515,6 +566,11 @@ def _interval(binders: tuple[Binder, ...], condition: Term, body: Term) -> Term 
         return None
     ends = (Constant(type=INT, value=least), Constant(type=INT, value=greatest))
     return Apply(type=SetType(INT), operator="range", operands=ends)
+
+
+def _is_schema(term: Term) -> bool:
+    """Whether a term is a schema, which is a predicate where one is expected."""
+    return isinstance(term, Apply) and term.operator == "Records"
 
 
 def _is_and(term: Term) -> bool:

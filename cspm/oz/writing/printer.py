@@ -279,8 +279,7 @@ class Paragraphs(Terms):
                 return self._in_brackets(node)
             case z.Renamed():
                 renamings = [f"{new.name}{new.decoration}/{old.name}{old.decoration}" for new, old in node.renamings]
-                inner = self.operations(node.term, 9)
-                return cat(inner, enclosed("[", list(renamings), "]"))
+                return cat(self.operations(node.term, 9), enclosed("[", list(renamings), "]"))
             case z.Distributed():
                 head = cat(self.sign(*_OPERATION_SIGNS[node.kind]), " ")
                 last = Place(follow="@" if node.condition is None else "|")
