@@ -229,7 +229,8 @@ class Axiom(Paragraph):
 class Schema(Paragraph):
     """``schema ControlData ... end``: a record type, with the predicate that its values satisfy.
 
-    ``initial`` is the INIT schema that the record has, None where it has none.
+    ``initial`` is the INIT schema that the record has, None where it has none. ``generics`` are the names of
+    ``schema Pair[X]``.
     """
 
     is_block: ClassVar[bool] = True
@@ -238,6 +239,7 @@ class Schema(Paragraph):
     declarations: tuple[Declare, ...]
     predicates: tuple[Term, ...] = ()
     initial: tuple[Term, ...] | None = None
+    generics: tuple[NameDeclaration, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

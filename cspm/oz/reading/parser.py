@@ -242,6 +242,7 @@ class Paragraphs(Terms):
         start = self.at
         self.take()
         name = self.name()
+        generics = self.names_in_brackets() if self.token.kind == "[" and not self.token.first else ()
         self.in_schema = True
         try:
             declarations = self.declarations()
@@ -259,6 +260,7 @@ class Paragraphs(Terms):
             declarations=declarations,
             predicates=predicates,
             initial=initial,
+            generics=generics,
         )
 
     def at_word(self, *words: str) -> bool:

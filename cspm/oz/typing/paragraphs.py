@@ -148,6 +148,12 @@ class Paragraphs:
                 else:
                     term = self.typing.expression(paragraph.body, self.scope, "axiom")
                     self.scope.add(paragraph.name, SetEntry(term, paragraph.span))
+            case s.Schema() if paragraph.generics:
+                body = s.SchemaText(
+                    span=paragraph.span, declarations=paragraph.declarations, predicates=paragraph.predicates
+                )
+                named = s.Abbreviation(span=paragraph.span, name=paragraph.name, body=body, generics=paragraph.generics)
+                self.scope.add(paragraph.name, GenericEntry(named, self.scope))
             case s.Schema():
                 self._schema(paragraph)
             case s.Axiom():
@@ -281,8 +287,9 @@ def _needs(paragraph: s.Paragraph) -> Iterator[str]:
             own = {name.name for name in paragraph.generics}
         case s.Schema():
             terms = [d.carrier for d in paragraph.declarations]
-            own = {name.name for d in paragraph.declarations for name in d.names}
-            yield from _names(terms)
+            own = {name.name for name in paragraph.generics}
+            yield from (name for name in _names(terms) if name not in own)
+            own |= {name.name for d in paragraph.declarations for name in d.names}
             terms = [*paragraph.predicates, *(paragraph.initial or ())]
         case s.Axiom():
             own = {name.name for d in paragraph.declarations for name in d.names}

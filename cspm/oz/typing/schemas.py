@@ -1,8 +1,8 @@
 """Schemas as values: what a schema expression declares, and what it says of that.
 
 Inclusion, decoration, ``Delta S`` and ``Xi S``, the logical operators, hiding, quantifiers, composition, piping,
-``pre`` and renaming, as in Spivey, *The Z Notation* (1992), chapter 5. Names with a decoration are components of their own
-(``x``, ``x'``, ``x?``). Whatever the expression, the result is components with their sets, and predicates on them.
+``pre`` and renaming, as in Spivey, *The Z Notation* (1992), chapter 5. Names with a decoration are components of their
+own (``x``, ``x'``, ``x?``). Whatever the expression, the result is components with their sets, and predicates on them.
 """
 
 from __future__ import annotations

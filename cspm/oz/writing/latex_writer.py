@@ -209,7 +209,8 @@ class Writer:
             # oz.sty allows no box for INIT outside a class: it is a part of the predicate, behind a word of its own.
             initial = map(self.term, node.initial)
             box += f"\\where\n{self._lines([*map(self.term, node.predicates), INITIALLY, *initial])}"
-        return f"\\begin{{schema}}{{{_name(node.name)}}}\n{box}\\end{{schema}}\n"
+        generics = f"[{_names(node.generics)}]" if node.generics else ""
+        return f"\\begin{{schema}}{{{_name(node.name)}}}{generics}\n{box}\\end{{schema}}\n"
 
     def _axiom(self, node: z.Axiom) -> str:
         declarations = self._lines(map(self._declare, node.declarations))

@@ -130,7 +130,8 @@ class Paragraphs(Terms):
         if node.initial is not None:
             initial = cat(HARD, "init", self._lines(map(self.term, node.initial)))
         declarations = self._lines(map(self.declare, node.declarations))
-        return cat(f"schema {node.name}", declarations, self._where(node.predicates), initial, HARD, "end")
+        generics = f"[{names(node.generics)}]" if node.generics else ""
+        return cat(f"schema {node.name}{generics}", declarations, self._where(node.predicates), initial, HARD, "end")
 
     # --- classes ---------------------------------------------------------------------------------------------
 

@@ -126,7 +126,6 @@ def operation_terms(depth: int):
         declarations=declares(references, 0),
         predicates=some(references, 1),
     )
-    decorated_names = node(z.Declared, name=names, decoration=decorations)
     return st.one_of(
         base,
         text,
@@ -156,6 +155,30 @@ subjects = st.one_of(
 )
 
 
+decorated_names = node(z.Declared, name=names, decoration=decorations)
+inclusions = st.one_of(
+    node(z.Reference, name=names, decoration=decorations),
+    node(
+        z.Application,
+        function=st.builds(lambda word: make(z.Reference, name=word), st.sampled_from(["Delta", "Xi"])),
+        argument=node(z.Reference, name=names),
+        bracketed=st.just(False),
+    ),
+    node(
+        z.Renamed,
+        term=node(z.Reference, name=names),
+        renamings=some(st.tuples(decorated_names, decorated_names), 1, 2),
+    ),
+)
+schema_lines = some(
+    st.one_of(
+        node(z.Declare, names=st.just(()), carrier=inclusions),
+        node(z.Declare, names=some(decorated_names, 1, 2), carrier=node(z.Reference, name=names)),
+    ),
+    1,
+)
+
+
 def paragraphs(terms, *, local: bool = False):
     types = [
         node(z.GivenTypes, names=some(declared_names, 1)),
@@ -172,7 +195,14 @@ def paragraphs(terms, *, local: bool = False):
             declarations=declares(terms),
             predicates=lines(terms),
             initial=st.one_of(st.none(), lines(terms)),
+            generics=some(declared_names, 0, 2),
         ),
+        node(
+            z.Schema,
+            name=names,
+            declarations=some(node(z.Declare, names=st.just(()), carrier=inclusions), 1, 2),
+        ),
+        node(z.Abbreviation, name=names, body=node(z.SchemaText, declarations=schema_lines, predicates=some(terms))),
     ]
     if local:
         return st.one_of(*types)

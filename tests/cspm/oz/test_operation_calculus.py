@@ -253,7 +253,7 @@ def test_a_sequence_is_distributed_over_elements_that_are_written_out() -> None:
         ("in_x \\ (k!)", "`k!` is no parameter of this operation"),
         ("in_x[j?/m?]", "`m?` is no parameter of this operation"),
         ("; i : 0..2 @ up", "how many operations these are is not known"),
-        ("[] i : 0..2 @ [i = true]", "`int` and `bool` do not fit together"),
+        ("[] i : 0..2 @ [i = true]", "the types `int` and `bool` differ"),
     ],
 )
 def test_what_has_no_meaning_is_refused_for_its_own_reason(body: str, message: str) -> None:

@@ -286,11 +286,11 @@ end
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("S == [x : nat]\nT == [S; x : bool]", "`int` and `bool` do not fit together"),
+        ("S == [x : nat]\nT == [S; x : bool]", "the types `int` and `bool` differ"),
         ("N == 1..2\nS == [N; x : nat]", "this is no schema"),
         ("S == [x : nat] \\ (y)", "`y` is no component of this schema"),
         ("S == [x : nat]\nT == S[z/y]", "`y` is no component of this schema"),
-        ("S == [x : nat]\nT == [y : nat | S]", "`x` is not declared"),
+        ("S == [x : nat]\nT == [y : nat | S]", "`x` is not known here"),
     ],
 )
 def test_what_has_no_meaning_is_refused_for_its_own_reason(text: str, message: str) -> None:
