@@ -241,6 +241,16 @@ def no_component(name: str, span: Span, suggested: Sequence[str]) -> Diagnostic:
     return Diagnostic("CSP630", f"`{name}` is no component of this schema", span, help=_meant(suggested))
 
 
+def iteration_not_known(span: Span) -> Diagnostic:
+    """An iterate of a relation whose number is not written out."""
+    return Diagnostic(
+        "CSP631",
+        "how often the relation is iterated must be a number that is written out, up to 32",
+        span,
+        help="`r^+` and `r^*` are its closures",
+    )
+
+
 def prime_on_no_state(name: str, span: Span) -> Diagnostic:
     """A prime on something that does not change."""
     return Diagnostic(

@@ -32,7 +32,17 @@ from cspcheck.cspm.oz.core import (
 )
 from cspcheck.cspm.oz.reading.operators import FUNCTIONS
 from cspcheck.cspm.oz.typing import type_messages as messages
+from cspcheck.cspm.oz.typing.everyday import (
+    by_pairs,
+    component,
+    constructed_from,
+    constructor_function,
+    is_by_pairs,
+    is_iteration,
+    iterated,
+)
 from cspcheck.cspm.oz.typing.fitting import UNKNOWN, Misfit, fit, join, unknown_in
+from cspcheck.cspm.oz.typing.forms import constructor, interval, is_schema, row, settled
 from cspcheck.cspm.oz.typing.schemas import WORDS as SCHEMA_WORDS, Schemas
 from cspcheck.cspm.oz.typing.scopes import (
     AmbiguousEntry,
@@ -141,11 +151,14 @@ class Typing:
         inner.add(name.name, VariableEntry(self._term(value, scope, place), name.span))
         return inner
 
+    def _binder(self, name: str, type_: Type, carrier: Term) -> Binder:
+        return Binder(f"{name}%{next(self._fresh)}", type_, carrier, name)
+
     # --- predicates -------------------------------------------------------------------------------------------
 
     def _predicate(self, node: s.Term, scope: Scope, place: Place) -> Term:
         term = self._term(node, scope, place)
-        if _is_schema(term):
+        if is_schema(term):
             return self.schemas.predicate(self.schemas.needed(node, scope), scope, place, node.span)
         if term.type != BOOL:
             raise Wrong(messages.no_predicate(str(term.type), node.span))
@@ -168,6 +181,8 @@ class Typing:
         if relation in ("less", "at_most"):
             left, right = numbers(left, right, span)
         elif relation == "in":
+            if is_by_pairs(left.type, right):
+                return by_pairs(left, right, self._binder, span)
             left, right = self._member(left, right, span)
         elif relation in ("prefix", "suffix", "infix"):
             left, right = alike(left, right, span)
@@ -374,22 +389,29 @@ class Typing:
     def _operator(self, node: s.Operator, scope: Scope, place: Place) -> Term:
         name, span = node.name, node.span
         if name in ("and", "or"):
-            operands = [self._predicate(operand, scope, place) for operand in _row(node, name)]
+            operands = [self._predicate(operand, scope, place) for operand in row(node, name)]
             return Apply(type=BOOL, operator=name, operands=tuple(operands), span=span)
         if name in ("not", "implies", "iff"):
             predicates = tuple([self._predicate(operand, scope, place) for operand in node.operands])
             return Apply(type=BOOL, operator=name, operands=predicates, span=span)
         if name == "cross":
-            sets = tuple([self._set(operand, scope, place) for operand in _row(node, name)])
+            sets = tuple([self._set(operand, scope, place) for operand in row(node, name)])
             items = tuple([element_of(operand) for operand in sets])
             return Apply(type=SetType(TupleType(items)), operator="cross", operands=sets, span=span)
-        operands = [self._term(operand, scope, place) for operand in node.operands]
+        operands = [self._operand(operand, scope, place) for operand in node.operands]
+        if name == "concat" and is_iteration(operands):
+            return iterated(operands, span)
         rule = RULES.get(name)
         if rule is None:
             raise Wrong(messages.no_operator_here(name, span))
         return rule(name, operands, span)
 
-    # --- relations and functions ------------------------------------------------------------------------------
+    def _operand(self, node: s.Term, scope: Scope, place: Place) -> Term:
+        """An operand of an operator of the toolkit, where a constructor is a function."""
+        entry = constructor(node, scope)
+        if entry is None or entry.carrier is None:
+            return self._term(node, scope, place)
+        return constructor_function(entry.name, entry.type, entry.carrier, self._binder, node.span)
 
     # --- application ------------------------------------------------------------------------------------------
 
@@ -410,6 +432,11 @@ class Typing:
                 return core.Construct(type=entry.type, constructor=entry.name, argument=argument, span=node.span)
             if entry is None and function.name in FUNCTIONS:
                 return toolkit_function(function.name, self._term(node.argument, scope, place), node.span)
+        if isinstance(function, s.Operator) and function.name == "inverse":
+            made = constructor(function.operands[0], scope)
+            if made is not None and made.carrier is not None:
+                value = coerced(self._term(node.argument, scope, place), made.type, node.span)
+                return constructed_from(made.name, made.type, made.carrier, value, self._binder, node.span)
         applied = self._term(function, scope, place)
         argument = self._term(node.argument, scope, place)
         match applied.type:
@@ -439,6 +466,10 @@ class Typing:
             if self._records[record.type.name].initial is None:
                 raise Wrong(messages.record_without_init(record.type.name, node.span))
             return Apply(type=BOOL, operator="init", operands=(record,), span=node.span)
+        if isinstance(record.type, TupleType) and node.field.isdigit():
+            item = component(record, int(node.field), node.span)
+            if item is not None:
+                return item
         if not isinstance(record.type, RecordType):
             raise Wrong(messages.field_of_no_record(node.field, str(record.type), node.span))
         for name, type_ in record.type.fields:
@@ -502,9 +533,9 @@ class Typing:
         body = characteristic if node.body is None else self._term(node.body, inner, place)
         made: Type
         if node.kind == "set":
-            interval = _interval(binders, condition, body)
-            if interval is not None:
-                return replace(interval, span=node.span)
+            found = interval(binders, condition, body)
+            if found is not None:
+                return replace(found, span=node.span)
             made = SetType(body.type)
         elif node.kind == "lambda":
             if node.body is None:
@@ -515,78 +546,3 @@ class Typing:
         return core.Comprehension(
             type=made, kind=node.kind, binders=binders, condition=condition, body=body, span=node.span
         )
-
-    # --- types that must fit ----------------------------------------------------------------------------------
-
-
-def _row(node: s.Operator, name: str) -> list[s.Term]:
-    """The operands of a chain of one operator, from left to right, however long."""
-    found: list[s.Term] = []
-    stack: list[s.Term] = [node]
-    while stack:
-        term = stack.pop()
-        if isinstance(term, s.Operator) and term.name == name:
-            stack.extend(reversed(term.operands))
-        else:
-            found.append(term)
-    return found
-
-
-def _interval(binders: tuple[Binder, ...], condition: Term, body: Term) -> Term | None:
-    """``{x : nat | a <= x <= b}`` as ``a..b``: a set that can be enumerated, and read.
-
-    Only where the bounds are numbers written out.
-    """
-    if len(binders) != 1 or not isinstance(body, Variable) or body.name != binders[0].name:
-        return None
-    carrier = binders[0].carrier
-    if not isinstance(carrier, Apply) or carrier.operator not in ("Int", "Nat", "Nat1"):
-        return None
-    least = {"Int": None, "Nat": 0, "Nat1": 1}[carrier.operator]
-    greatest: int | None = None
-    conjuncts = condition.operands if isinstance(condition, Apply) and condition.operator == "and" else (condition,)
-    flat = [c for part in conjuncts for c in (part.operands if _is_and(part) else (part,))]  # type: ignore[attr-defined]
-    for part in flat:
-        match part:
-            case Apply(operator="at_most" | "less" as op, operands=(Constant(value=int() as low), Variable(name=name))):
-                if name != body.name:
-                    return None
-                low += op == "less"
-                least = low if least is None else max(least, low)
-            case Apply(
-                operator="at_most" | "less" as op, operands=(Variable(name=name), Constant(value=int() as high))
-            ):
-                if name != body.name:
-                    return None
-                high -= op == "less"
-                greatest = high if greatest is None else min(greatest, high)
-            case _:
-                return None
-    if least is None or greatest is None:
-        return None
-    ends = (Constant(type=INT, value=least), Constant(type=INT, value=greatest))
-    return Apply(type=SetType(INT), operator="range", operands=ends)
-
-
-def _is_schema(term: Term) -> bool:
-    """Whether a term is a schema, which is a predicate where one is expected."""
-    return isinstance(term, Apply) and term.operator == "Records"
-
-
-def _is_and(term: Term) -> bool:
-    return isinstance(term, Apply) and term.operator == "and"
-
-
-def settled(term: Term) -> Term:
-    """*term*, of which every part has a type.
-
-    Raises:
-        Wrong: an empty collection has none.
-    """
-    stack = [term]
-    while stack:
-        part = stack.pop()
-        if unknown_in(part.type):
-            raise Wrong(messages.open_type(part.span or term.span))
-        stack.extend(core.parts(part))
-    return term
