@@ -152,6 +152,7 @@ BLANKS: Final = frozenset(
         *(r"\quad", r"\qquad", r"\left", r"\right", r"\big", r"\Big", r"\bf", r"\it", r"\sf", r"\rm", r"\tt"),
         *(r"\displaystyle", r"\nextside", r"\noindent", r"\endinherit", r"\locpar", r"\endlocpar", r"\znewpage", r"\t"),
         *(r"\textstyle", r"\ensuremath", r"\smallskip", r"\medskip", r"\bigskip", r"\hfill", r"\zhide", r"\sloppy"),
+        *(r"\cid", r"\sid", r"\eid", r"\copyright"),  # an object belongs to the attribute that names it in any case
     ]
 )
 """Commands that are layout only."""
@@ -172,7 +173,7 @@ TEXTS: Final = frozenset([r"\text", r"\textrm", r"\mbox", r"\hbox", r"\comment",
 
 UNSUPPORTED: Final[Mapping[str, str]] = {
     **dict.fromkeys([r"\poly", r"\classuni"], "polymorphism"),
-    **dict.fromkeys([r"\self", r"\oid", r"\cid", r"\sid", r"\eid", r"\copyright"], "references to objects"),
+    **dict.fromkeys([r"\self", r"\oid"], "references to objects"),
     r"\dplo": "the associative parallel operator, distributed,",
 }
 """What of Object-Z has no counterpart here, in words."""

@@ -15,12 +15,15 @@ from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
 from cspcheck.cspm.oz.typing.equations import check_equations, renamed_equations
+from cspcheck.cspm.oz.typing.objects import Flattened, ObjectClass, Objects
 from cspcheck.cspm.oz.typing.operation_calculus import Box, Surroundings, joined_sets
 from cspcheck.cspm.oz.typing.operations import PREFIXES, Boxes, inherited_operations
 from cspcheck.cspm.oz.typing.paragraphs import Paragraphs
 from cspcheck.cspm.oz.typing.scopes import (
+    ClassEntry,
     ConstructorEntry,
     GenericEntry,
+    ObjectEntry,
     Scope,
     SetEntry,
     StateEntry,
@@ -46,6 +49,7 @@ class _Built:
     model: core.ClassModel
     scope: Scope
     boxes: dict[str, Box]
+    objects: dict[str, ObjectEntry]
     types: dict[str, tuple[Definition, str]]
 
 
@@ -109,6 +113,10 @@ class Classes:
             raise Wrong(mistakes[0])
         return built.model
 
+    def is_open(self, name: str) -> bool:
+        """Whether a class is being made just now."""
+        return name in self._open
+
     def build(self, name: str, arguments: tuple[core.Term, ...], report: Report) -> _Built | None:
         """A class for given arguments (none: its parameters stay given sets); None where it inherits from itself."""
         key = (name, arguments)
@@ -152,6 +160,7 @@ class _Builder:
         self.parents: list[str] = []
         self.boxes: dict[str, Box] = {}
         """The schemas of parents, by the names of their operations."""
+        self.objects: dict[str, ObjectEntry] = {}
 
     def build(self) -> _Built:
         tree = self.tree
@@ -192,7 +201,7 @@ class _Builder:
             operations=self.operations,
             processes=tuple(self.processes),
         )
-        return _Built(model, self.scope, boxes.boxes(), self.types)
+        return _Built(model, self.scope, boxes.boxes(), self.objects, self.types)
 
     # --- inheritance ------------------------------------------------------------------------------------------
 
@@ -234,6 +243,7 @@ class _Builder:
             self._extend(self.initial, parent.initial)
         self.operations = inherited_operations(self.operations, self._aligned(parent.operations), self.report)
         names = {old.name: new.name for new, old in inherit.renamings}
+        self.objects.update(built.objects)
         for name, box in built.boxes.items():
             self.boxes[names.get(name, name)] = box
         for part in parent.processes:
@@ -408,9 +418,14 @@ class _Builder:
     def _state(self) -> None:
         tree, paragraphs = self.tree, self.classes.paragraphs
         if tree.state is not None:
-            own = {d.name: d for d in paragraphs.declared(tree.state.primary, self.scope)}
-            included = list(paragraphs.included((*tree.state.primary, *tree.state.secondary), self.scope))
+            values, declared_objects = self._objects().split(tree.state.primary)
+            own = {d.name: d for d in paragraphs.declared(values, self.scope)}
+            flattened = self._objects().flattened(declared_objects)
+            own |= {d.name: d for d in flattened.primary}
+            self._take_objects(flattened)
+            included = list(paragraphs.included((*values, *tree.state.secondary), self.scope))
             derived = {d.name: d for d in paragraphs.declared(tree.state.secondary, self.scope)}
+            derived |= {d.name: d for d in flattened.secondary}
             for name, declared in derived.items():
                 if name in own:
                     self.report(type_messages.declared_twice(name, own[name].span, declared.span))
@@ -436,6 +451,8 @@ class _Builder:
             secondary = declared.name in self.secondary
             entry = StateEntry(declared.name, declared.type, secondary, declared.span)
             self.scope.add(declared.name, entry)
+        for name, object_ in self.objects.items():
+            self.scope.add(name, object_)
         if tree.state is not None:
             states = self.primary | self.secondary
             self._extend(self.invariant, [_of_states(predicate, states) for predicate in included])
@@ -444,12 +461,52 @@ class _Builder:
             self.initial = self.initial or []
             self._extend(self.initial, paragraphs.predicates(tree.initial.predicates, self.scope, "initial"))
 
+    def _objects(self) -> Objects:
+        typing = self.classes.typing
+        return Objects(typing, self.scope, self.tree.name, self._object_class, self.report)
+
+    def _object_class(self, reference: s.Reference) -> ObjectClass:
+        """The class of an attribute.
+
+        Raises:
+            Wrong: its objects cannot be attributes.
+        """
+        classes = self.classes
+        if classes.is_open(reference.name):
+            what = f"an object of `{reference.name}` within itself"
+            raise Wrong(messages.objects_need_heap(what, reference.span))
+        arguments = tuple([replace(classes.typing.carrier(a, self.scope), span=None) for a in reference.arguments])
+        wanted = len(classes.trees[reference.name].generics)
+        if wanted != len(arguments):
+            raise Wrong(type_messages.generic_arguments(reference.name, wanted, len(arguments), reference.span))
+        built = classes.build(reference.name, arguments, self.report)
+        entry = self.scope.find(reference.name)
+        assert isinstance(entry, ClassEntry)
+        if (
+            built is None
+            or built.model.processes
+            or any(channel.kind != "operation" for channel in built.model.channels.values())
+        ):
+            raise Wrong(type_messages.class_is_no_value(reference.name, reference.span, entry.span))
+        return ObjectClass(built.model, built.boxes, built.objects)
+
+    def _take_objects(self, flattened: Flattened) -> None:
+        """Make the constants of objects those of the class, and what holds of them hold in it."""
+        self.objects.update(flattened.objects)
+        for constant in flattened.constants:
+            self.constants[constant.name] = constant
+            variable = core.Variable(type=constant.type, name=constant.name, role="constant", span=constant.span)
+            self.scope.add(constant.name, VariableEntry(variable, constant.span))
+        self._extend(self.axioms, flattened.axioms)
+        self._extend(self.invariant, flattened.invariant)
+
     def _visibility(self) -> None:
         known = {
             *self.channels,
             *self.constants,
             *self.primary,
             *self.secondary,
+            *self.objects,
             *self.operations,
             *[operation.name for operation in self.tree.operations],
             "INIT",

@@ -23,6 +23,25 @@ def row(node: s.Operator, name: str) -> list[s.Term]:
     return found
 
 
+def dotted(node: s.Term) -> tuple[str, s.Term | None] | None:
+    """``a.b`` and ``f(x).b`` as a name with dots, and the argument in it if there is one; None for anything else."""
+    path: list[str] = []
+    index = None
+    while True:
+        match node:
+            case s.Grouped():
+                node = node.inner
+            case s.Selection():
+                path.append(node.field)
+                node = node.record
+            case s.Application():
+                index, node = node.argument, node.function
+            case s.Reference(decoration=""):
+                return ".".join([node.name, *reversed(path)]), index
+            case _:
+                return None
+
+
 def interval(binders: tuple[Binder, ...], condition: Term, body: Term) -> Term | None:
     """``{x : nat | a <= x <= b}`` as ``a..b``: a set that can be enumerated, and read.
 

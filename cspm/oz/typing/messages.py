@@ -473,6 +473,16 @@ def operation_expression(span: Span) -> Diagnostic:
     return Diagnostic("CSP659", "this is no operation", span)
 
 
+def no_operation_of_object(name: str, owner: str, span: Span, suggested: Sequence[str]) -> Diagnostic:
+    """An operation that the class of an object does not offer."""
+    return Diagnostic("CSP644", f"`{owner}` has no visible operation `{name}`", span, help=_meant(suggested))
+
+
+def objects_need_heap(what: str, span: Span) -> Diagnostic:
+    """Objects that cannot be told apart by name for ever."""
+    return Diagnostic("CSP659", f"{what} would need a heap, which is not supported", span)
+
+
 def promotion(span: Span) -> Diagnostic:
     """The operation of something that is no object."""
     return Diagnostic("CSP659", "only an object has operations", span)

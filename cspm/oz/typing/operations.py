@@ -13,8 +13,9 @@ from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.core import Apply, Term, Variable
 from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
+from cspcheck.cspm.oz.typing.objects import promoted
 from cspcheck.cspm.oz.typing.operation_calculus import KINDS, SIGNS, Box, Calculus, Surroundings, declared_in
-from cspcheck.cspm.oz.typing.scopes import FailedEntry, ParameterEntry, Scope, StateEntry, mentioned
+from cspcheck.cspm.oz.typing.scopes import FailedEntry, ObjectEntry, ParameterEntry, Scope, StateEntry, mentioned
 from cspcheck.cspm.oz.typing.typing import Typing
 from cspcheck.cspm.oz.typing.typing_operators import Wrong
 from cspcheck.cspm.oz.values.terms import free_variables, shape
@@ -258,7 +259,10 @@ class Boxes:
         return self._box(schema, "effect", scope)
 
     def _promoted(self, selection: s.Selection, scope: Scope) -> Box:
-        raise Wrong(messages.promotion(selection.span))
+        found = self._typing.object(selection.record, scope, "effect")
+        if found is None:
+            raise Wrong(messages.promotion(selection.span))
+        return promoted(*found, selection.field, self._calculus, selection.span)
 
     def _box(self, schema: s.OperationSchema, place: str, scope: Scope) -> Box:
         delta = self._delta(schema)
@@ -325,6 +329,10 @@ class Boxes:
         for name in schema.delta or ():
             entry = self._scope.find(name.name)
             if isinstance(entry, FailedEntry):
+                continue
+            if isinstance(entry, ObjectEntry):
+                what = f"`{name.name}` in a Delta-list: an object that is exchanged"
+                self._report(messages.objects_need_heap(what, name.span))
                 continue
             if isinstance(entry, StateEntry) and not entry.secondary:
                 found.append(name.name)

@@ -78,6 +78,27 @@ class ClassEntry:
 
 
 @dataclass(frozen=True, slots=True)
+class ObjectEntry:
+    """An attribute of a class type, whose variables are those of its class under its name.
+
+    Attributes:
+        name: with those of the objects that it belongs to, ``bank.card``.
+        owner: its class.
+        binder: of a family of objects, the variable that stands for the identity in ``initial``.
+        initial: what its INIT says.
+        made: what is known of the class (:class:`~cspcheck.cspm.oz.typing.objects.ObjectClass`).
+        span: where it is declared.
+    """
+
+    name: str
+    owner: str
+    binder: core.Binder | None
+    initial: tuple[core.Term, ...]
+    made: object
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
 class AmbiguousEntry:
     """A state variable that both classes of a retrieve relation have; it needs the class's name before it."""
 
@@ -99,6 +120,7 @@ Entry: TypeAlias = (
     | GenericEntry
     | ConstructorEntry
     | ClassEntry
+    | ObjectEntry
     | AmbiguousEntry
     | FailedEntry
 )

@@ -294,8 +294,9 @@ _PLACES = {
     "CSP637",
     "a class is used as a value",
     explanation=(
-        "A class is a process. Its objects cannot be stored in variables or be passed as values; data that several "
-        "classes share is a class of its own, composed with them and joined by channels."
+        "A class is a process. An attribute `a : C` or `f : X -> C` is an object for ever, or a family of them, if C "
+        "has operations and no channels; objects cannot be exchanged, shared or passed as values. What several "
+        "processes share is a process of its own, composed with them and joined by channels."
     ),
     example="class Board\n  main = STOP\nend\nclass C\n  main = STOP\n  state\n    b : Board\nend",
     repair="schema Board\n  direction : nat\nend\nclass C\n  main = STOP\n  state\n    b : Board\nend",
@@ -309,6 +310,22 @@ def class_is_no_value(name: str, span: Span, declared: Span) -> Diagnostic:
         labels=(Label(declared, "declared here"),),
         help="let it be a process beside this one, joined by channels, or declare its data with `schema`",
     )
+
+
+def object_is_no_value(name: str, span: Span, declared: Span) -> Diagnostic:
+    """An object where its identity would be a value."""
+    return Diagnostic(
+        "CSP637",
+        f"`{name}` is an object, not a value",
+        span,
+        labels=(Label(declared, "declared here"),),
+        help="a name is one object for ever: say what holds of its attributes, or call its operations",
+    )
+
+
+def no_such_object(text: str, span: Span) -> Diagnostic:
+    """Something that looks like an object and is none, such as a family without an identity."""
+    return Diagnostic("CSP637", f"`{text}` is no object", span, help="of a family `f : X -> C`, `f(x)` is one")
 
 
 @mistake(

@@ -42,7 +42,7 @@ from cspcheck.cspm.oz.typing.everyday import (
     iterated,
 )
 from cspcheck.cspm.oz.typing.fitting import UNKNOWN, Misfit, fit, join, unknown_in
-from cspcheck.cspm.oz.typing.forms import constructor, interval, is_schema, row, settled
+from cspcheck.cspm.oz.typing.forms import constructor, dotted, interval, is_schema, row, settled
 from cspcheck.cspm.oz.typing.schemas import WORDS as SCHEMA_WORDS, Schemas
 from cspcheck.cspm.oz.typing.scopes import (
     AmbiguousEntry,
@@ -50,6 +50,7 @@ from cspcheck.cspm.oz.typing.scopes import (
     ConstructorEntry,
     FailedEntry,
     GenericEntry,
+    ObjectEntry,
     ParameterEntry,
     Place,
     Scope,
@@ -70,6 +71,7 @@ from cspcheck.cspm.oz.typing.typing_operators import (
     partition,
     toolkit_function,
 )
+from cspcheck.cspm.oz.values.substitution import substituted
 from cspcheck.cspm.oz.writing.printer import print_term
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.spelling import suggestions
@@ -320,6 +322,8 @@ class Typing:
                 raise Wrong(messages.constructor_without_argument(entry.name, node.span))
             case GenericEntry():
                 return self._instance(node, entry, scope)
+            case ObjectEntry():
+                raise Wrong(messages.object_is_no_value(node.name, node.span, entry.span))
             case ClassEntry():
                 raise Wrong(messages.class_is_no_value(node.name, node.span, entry.span))
             case AmbiguousEntry():
@@ -459,6 +463,9 @@ class Typing:
         qualified = self._qualified(node, scope)
         if qualified is not None:
             return qualified
+        found = self.object(node.record, scope, place)
+        if found is not None:
+            return self._attribute(node, *found, scope, place)
         record = self._term(node.record, scope, place)
         if node.field == "INIT" or node.field == "init":
             if not isinstance(record.type, RecordType):
@@ -477,6 +484,43 @@ class Typing:
                 return core.Field(type=type_, record=record, name=name, span=node.span)
         names = [name for name, _ in record.type.fields]
         raise Wrong(messages.no_such_field(node.field, record.type.name, node.span, suggestions(node.field, names)))
+
+    def object(self, node: s.Term, scope: Scope, place: Place) -> tuple[ObjectEntry, Term | None] | None:
+        """The object that a term names, with its identity if it is one of a family; None if it names none.
+
+        Raises:
+            Wrong: something in the term of the identity is wrong, or there is none where one is needed.
+        """
+        found = dotted(node)
+        if found is None or not isinstance(scope.find(found[0].split(".")[0]), ObjectEntry):
+            return None
+        path, index = found
+        entry = scope.find(path)
+        if not isinstance(entry, ObjectEntry) or (index is None) != (entry.binder is None):
+            raise Wrong(messages.no_such_object(print_term(node), node.span))
+        if index is None or entry.binder is None:
+            return entry, None
+        return entry, coerced(self._term(index, scope, place), entry.binder.type, node.span)
+
+    def _attribute(self, node: s.Selection, entry: ObjectEntry, index: Term | None, scope: Scope, place: Place) -> Term:
+        """``a.x``, ``a.INIT``, where a is an object."""
+        if node.field in ("INIT", "Init", "init"):
+            said = core.conjunction(entry.initial, node.span)
+            if index is None or entry.binder is None:
+                return said
+            name = entry.binder.name
+            return substituted(said, lambda v: index if v.name == name else None)
+        written = f"{entry.name}.{node.field}"
+        if scope.find(written) is None:
+            start = f"{entry.name}."
+            names = [n.removeprefix(start) for n in scope.names() if n.startswith(start)]
+            raise Wrong(messages.no_such_field(node.field, entry.owner, node.span, suggestions(node.field, names)))
+        reference = s.Reference(span=node.span, name=written, decoration=node.decoration)
+        value = self._reference(reference, scope, place)
+        if index is None:
+            return value
+        assert isinstance(value.type, FunctionType)
+        return Apply(type=value.type.range, operator="apply", operands=(value, index), span=node.span)
 
     def _qualified(self, node: s.Selection, scope: Scope) -> Term | None:
         """``A.items`` in a retrieve relation: a state variable of the class A."""
