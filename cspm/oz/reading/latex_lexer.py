@@ -505,6 +505,7 @@ class Lexer:
                 self.position = after
                 generics = _GENERICS.match(self.text, after, self.end)
                 if word in ("class", "schema") and generics is not None and not _PROSE.search(generics[0]):
+                    self.last = after + len(generics[0]) - len(generics[0].lstrip())  # of the name, no comment
                     self._range(generics.end())
             if word == "retrieve":
                 self._classes_of_retrieve()

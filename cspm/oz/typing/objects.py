@@ -20,7 +20,7 @@ from cspcheck.cspm.oz.typing.scopes import ClassEntry, ObjectEntry, Scope
 from cspcheck.cspm.oz.typing.typing import Typing
 from cspcheck.cspm.oz.typing.typing_operators import Wrong, element_of
 from cspcheck.cspm.oz.values.substitution import substituted
-from cspcheck.cspm.oz.values.terms import free_variables
+from cspcheck.cspm.oz.values.terms import conjuncts, free_variables
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.spelling import suggestions
 
@@ -111,6 +111,7 @@ class Objects:
 
     def _flatten(self, path: str, made: ObjectClass, identities: Term | None, span: Span, result: Flattened) -> None:
         model = made.model
+        shared = shared_constants(model)
         binder = None
         if identities is not None:
             self._fresh += 1
@@ -125,17 +126,19 @@ class Objects:
         for declared_, target in tables:
             for one in declared_:
                 carrier = substituted(one.carrier, change)
-                target.append(self._declared(path, one, carrier, binder, span))
-                if binder is not None and free_variables(one.carrier):
+                alike = target is result.constants and one.name in shared
+                target.append(self._declared(path, one, carrier, None if alike else binder, span))
+                if binder is not None and not alike and free_variables(one.carrier):
                     role: core.Role = "constant" if target is result.constants else "before"
                     value = change(Variable(type=one.type, name=one.name, role=role))
                     assert value is not None
                     said = Apply(type=BOOL, operator="in", operands=(value, carrier), span=span)
                     (result.axioms if role == "constant" else result.invariant).append(_for_all(said, binder))
-        result.axioms += [_for_all(substituted(p, change), binder) for p in model.axioms]
+        said_of_each = [substituted(p, change) for p in model.axioms]
+        result.axioms += [p if binder is None or _free_of(p, binder) else _for_all(p, binder) for p in said_of_each]
         result.invariant += [_for_all(substituted(p, change), binder) for p in model.invariant]
         initial = tuple([substituted(p, change) for p in model.initial or ()])
-        result.objects[path] = ObjectEntry(path, model.name, binder, initial, made, span)
+        result.objects[path] = ObjectEntry(path, model.name, binder, initial, made, span, shared)
         for name, inner in made.objects.items():
             if binder is not None and inner.binder is not None:
                 raise Wrong(messages.objects_need_heap("a family in each object of a family", span))
@@ -155,6 +158,21 @@ class Objects:
         return Declared(name=name, type=kind, carrier=family, span=span)
 
 
+def _free_of(predicate: Term, binder: core.Binder) -> bool:
+    return (binder.name, "bound") not in free_variables(predicate)
+
+
+def shared_constants(model: core.ClassModel) -> frozenset[str]:
+    """The constants that an axiom of the class gives a value, the same for all of its objects."""
+    own = {c.name for c in model.constants}
+    found: set[str] = set()
+    for left, right in [pair for axiom in conjuncts(model.axioms) for pair in _equation(axiom)]:
+        known = not any(name in own for name, role in free_variables(right) if role == "constant")
+        if isinstance(left, Variable) and left.name in own and left.role == "constant" and known:
+            found.add(left.name)
+    return frozenset(found)
+
+
 def _for_all(predicate: Term, binder: core.Binder | None) -> Term:
     if binder is None:
         return predicate
@@ -168,12 +186,13 @@ def qualified(path: str, model: core.ClassModel, index: Term | None) -> Change:
     """The replacement of the variables and constants of a class by those of one of its objects."""
     names = {d.name for d in (*model.primary, *model.secondary)}
     constants = {d.name for d in model.constants}
+    shared = shared_constants(model)
 
     def change(v: Variable) -> Term | None:
         inside = (v.role in ("before", "after") and v.name in names) or (v.role == "constant" and v.name in constants)
         if not inside:
             return None
-        if index is None:
+        if index is None or (v.role == "constant" and v.name in shared):
             return replace(v, name=f"{path}.{v.name}")
         family = replace(v, name=f"{path}.{v.name}", type=FunctionType(index.type, v.type))
         return Apply(type=v.type, operator="apply", operands=(family, index), span=v.span)

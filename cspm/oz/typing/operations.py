@@ -62,6 +62,7 @@ class Boxes:
         self._definitions = {o.name: o for o in tree.operations if isinstance(o, s.OperationDefinition)}
         self._boxes: dict[str, Box] = {}
         self._open: list[str] = []
+        self._offered: frozenset[str] = frozenset()
         self._calculus = Calculus(typing, around, self._named, self._in_brackets, self._promoted)
 
     def operations(self, offered: Mapping[str, core.Operation]) -> dict[str, core.Operation]:
@@ -70,6 +71,7 @@ class Boxes:
         *offered* are those that it inherits. Of plain Object-Z, operations that a parent keeps to itself and that the
         class makes visible are among the results.
         """
+        self._offered = frozenset(offered)
         used = {
             reference.name for definition in self._definitions.values() for reference in mentioned([definition.body])
         }
@@ -113,7 +115,10 @@ class Boxes:
         found = dict(self._inherited)
         for name, box in self._boxes.items():
             before = found.get(name)
-            found[name] = box if before is None else self._calculus.joined("and", before, box, box.span)
+            try:
+                found[name] = box if before is None else self._calculus.joined("and", before, box, box.span)
+            except Wrong as wrong:
+                self._report(wrong.diagnostic)
         return found
 
     def _event(self, name: str) -> tuple[str | None, str]:
@@ -147,7 +152,7 @@ class Boxes:
             except Wrong as wrong:
                 self._report(wrong.diagnostic)
                 return None
-        if event in self._inherited and "com" in boxes:
+        if event in self._inherited and event not in self._offered and "com" in boxes:
             # What a parent says of an operation of this name that is none of its interface holds beside.
             try:
                 boxes["com"] = self._calculus.joined("and", self._inherited[event], boxes["com"], boxes["com"].span)

@@ -88,6 +88,7 @@ class ObjectEntry:
         initial: what its INIT says.
         made: what is known of the class (:class:`~cspcheck.cspm.oz.typing.objects.ObjectClass`).
         span: where it is declared.
+        shared: the constants that its class gives a value, which all objects have in common.
     """
 
     name: str
@@ -96,6 +97,7 @@ class ObjectEntry:
     initial: tuple[core.Term, ...]
     made: object
     span: Span
+    shared: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, slots=True)

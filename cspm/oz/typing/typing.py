@@ -517,7 +517,7 @@ class Typing:
             raise Wrong(messages.no_such_field(node.field, entry.owner, node.span, suggestions(node.field, names)))
         reference = s.Reference(span=node.span, name=written, decoration=node.decoration)
         value = self._reference(reference, scope, place)
-        if index is None:
+        if index is None or node.field in entry.shared:
             return value
         assert isinstance(value.type, FunctionType)
         return Apply(type=value.type.range, operator="apply", operands=(value, index), span=node.span)

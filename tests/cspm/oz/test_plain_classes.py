@@ -85,7 +85,7 @@ def test_what_is_not_visible_is_no_event() -> None:
 
 def test_classes_that_meet_must_agree_on_an_operation() -> None:
     with pytest.raises(ScriptError) as error:
-        script(f"{QUEUE}\nS = Ring || Ticket")
+        elaborate(parse(Source("classes.csp", f"{QUEUE}\nS = Office || Ticket")))
     assert "Join" in error.value.diagnostics[0].message
 
 
