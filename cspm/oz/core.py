@@ -436,8 +436,8 @@ class Channel:
 
     ``kind``: ``chan`` is shared by name with other classes and with the script; ``method`` is the class's own,
     hidden in its process unless an assertion's interface lists it; ``local_chan`` is hidden always; ``operation`` is
-    one of plain Object-Z that is visible: like ``chan``, but where other classes have operations of that name with
-    other parameters, each has its own.
+    one of plain Object-Z that is visible and the class's own, because other classes have operations of that name with
+    other parameters; where they agree it is a ``chan``.
     """
 
     name: str

@@ -215,22 +215,16 @@ class _Desugaring:
         users: dict[str, list[tuple[core.ClassModel, core.Channel]]] = {}
         for model in self.models.values():
             for channel in model.channels.values():
-                if channel.kind in ("chan", "operation"):
+                if channel.kind == "chan":
                     users.setdefault(channel.name, []).append((model, channel))
         for name, found in users.items():
             definite = [(m, c) for m, c in found if not _is_generic(c, m)]
             if definite and len({tuple([p.type for p in c.parameters]) for _, c in found}) > 1:
                 users[name] = definite
-        return {name: found for name, found in users.items() if self._agree(found)}
-
-    def _agree(self, users: Sequence[tuple[core.ClassModel, core.Channel]]) -> bool:
-        """Whether the users of a name mean one channel: operations of plain Object-Z with the same parameters do."""
-        plain = all(channel.kind == "operation" for _, channel in users)
-        return not plain or len({tuple([p.type for p in c.parameters]) for _, c in users}) == 1
+        return users
 
     def _is_shared(self, model: core.ClassModel, channel: core.Channel) -> bool:
-        shared = self.sharing.get(channel.name, ())
-        return channel.kind in ("chan", "operation") and any(m is model for m, _ in shared)
+        return channel.kind == "chan" and any(m is model for m, _ in self.sharing[channel.name])
 
     def _wider(self, model: core.ClassModel) -> Iterator[str]:
         """The channels without schema that the script, or another class, gives more values than the class does."""

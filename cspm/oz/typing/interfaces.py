@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.oz import core
@@ -52,6 +53,30 @@ def compare_interfaces(
                 owner, channel = users[0]
                 others = [n for n, found in composed.items() if all(m.name != owner.name for m, _ in found)]
                 report(messages.lonely_channel(name, owner.name, channel.span, suggestions(name, others)))
+
+
+def settled(models: Mapping[str, core.ClassModel]) -> dict[str, core.ClassModel]:
+    """The classes, with operations of plain Object-Z as channels that all share if they mean the same by the name."""
+    alike = {
+        name
+        for name, users in _sharing(list(models.values())).items()
+        if len({tuple([p.type for p in c.parameters]) for m, c in users if not _depends(m, c)}) <= 1
+        or any(channel.kind == "chan" for _, channel in users)
+    }
+
+    def channel(found: core.Channel) -> core.Channel:
+        joins = found.kind == "operation" and found.name in alike
+        return replace(found, kind="chan") if joins else found
+
+    return {
+        name: replace(model, channels={n: channel(c) for n, c in model.channels.items()})
+        for name, model in models.items()
+    }
+
+
+def _depends(model: core.ClassModel, channel: core.Channel) -> bool:
+    """Whether the parameters of a channel depend on the generic parameters of its class."""
+    return any(_generic(p.type, model) for p in channel.parameters)
 
 
 def _met(users: Sequence[tuple[core.ClassModel, core.Channel]], composition: tuple[str, ...]) -> list[str]:
