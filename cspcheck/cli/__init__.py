@@ -27,7 +27,7 @@ VERBS = {
     "repl": "Evaluate and check at a prompt.",
     "explore": "Explore a script in the browser.",
     "graph": "Draw a machine, an architecture or a counterexample.",
-    "cspm": "Write a script with classes as plain CSPm, for FDR.",
+    "cspm": "Write a script as plain CSPm, for FDR.",
     "gen": "Generate a program of tasks and channels.",
     "trace": "Say whether a recorded run is a trace of a process.",
     "monitor": "Generate a monitor that holds running code against a process.",
