@@ -19,6 +19,7 @@ from cspcheck.checker.explain.replay import ReplayFailure
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.search.checkpoint import Checkpoints
 from cspcheck.checker.search.exploration import Progress
+from cspcheck.checker.search.spill import Spill
 from cspcheck.checker.specification.normal_form import FailuresModel, Semantics
 from cspcheck.checker.verdict import (
     DEFAULT_MODELS,
@@ -72,6 +73,7 @@ class Checker:
         progress: called a few times a second during a search.
         notify: called with a line to be shown when kernels have to be compiled first.
         checkpoints: where to write long searches down, and to go on from.
+        spill: where searches go on that are larger than memory.
     """
 
     def __init__(
@@ -86,6 +88,7 @@ class Checker:
         progress: Callable[[Progress], None] | None = None,
         notify: Callable[[str], None] | None = None,
         checkpoints: Checkpoints | None = None,
+        spill: Spill | None = None,
     ) -> None:
         self._script = script
         self._limits = limits
@@ -101,6 +104,7 @@ class Checker:
             progress=progress,
             notify=notify,
             checkpoints=checkpoints,
+            spill=spill,
         )
 
     def check(self, assertion: Assertion) -> Outcome:
@@ -251,7 +255,7 @@ class Checker:
 
         try:
             exploration = self._machines.exploration(process, "everything", Budget(self._limits), original=True)
-            return happened(exploration) if exploration.complete else None
+            return happened(exploration) if exploration.complete and not exploration.is_partial else None
         except (Incomplete, TooManySteps):
             return None
 

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from cspcheck.checker.lts import Lts
     from cspcheck.checker.search.checkpoint import Checkpoints
     from cspcheck.checker.search.exploration import Progress
+    from cspcheck.checker.search.spill import Spill
     from cspcheck.coverage import Coverage
     from cspcheck.cspm.process.terms import Process
     from cspcheck.cspm.script import Assertion, Script
@@ -57,6 +58,7 @@ class Settings:
         include_roots: folders, beside that of each script, from below which files may be included.
         checkpoint: the folder in which long searches are written down; None: nowhere.
         resume: whether to go on from what that folder has.
+        spill: the folder in which searches go on that are larger than memory; None: nowhere.
         coverage: whether what never happens in a check that passes is looked for.
         machines: whether results have pictures of machines that are small.
     """
@@ -73,6 +75,7 @@ class Settings:
     include_roots: tuple[str, ...] = ()
     checkpoint: str | None = None
     resume: bool = False
+    spill: str | None = None
     coverage: bool = False
     machines: bool = False
 
@@ -185,6 +188,7 @@ class GuardedChecker:
         self._watch = watch
         self._checker: Checker | None = None
         self._checkpoints = _checkpoints(script, settings, watch)
+        self._spill = _spill(settings)
         self._used = False
 
     def check(self, assertion: syntax.Assertion) -> Outcome:
@@ -255,6 +259,7 @@ class GuardedChecker:
                 progress=self._watch.progress,
                 notify=self._watch.notify,
                 checkpoints=self._checkpoints,
+                spill=self._spill,
             )
         return self._checker
 
@@ -294,6 +299,22 @@ def _checkpoints(script: Script, settings: Settings, watch: Watch) -> Checkpoint
         raise ScriptError(unsuited_checkpoint(settings.checkpoint, script.source.name, str(mismatch))) from None
     except OSError as error:
         raise ScriptError(cannot_write(settings.checkpoint, error.strerror or str(error))) from None
+
+
+def _spill(settings: Settings) -> Spill | None:
+    """Where searches go on that are larger than memory.
+
+    Raises:
+        ScriptError: the folder cannot be written.
+    """
+    if settings.spill is None:
+        return None
+    from cspcheck.checker.search.spill import Spill
+
+    try:
+        return Spill(Path(settings.spill))
+    except OSError as error:
+        raise ScriptError(cannot_write(settings.spill, error.strerror or str(error))) from None
 
 
 def script_digest(script: Script) -> str:

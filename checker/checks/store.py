@@ -23,6 +23,7 @@ from cspcheck.checker.packing.packed import PackedNetwork, pack
 from cspcheck.checker.search.checkpoint import Checkpoints
 from cspcheck.checker.search.exploration import Exploration, Progress, explore
 from cspcheck.checker.search.pair_search import PairExploration, explore_pairs
+from cspcheck.checker.search.spill import Spill
 from cspcheck.checker.semantics.beginning import along, beginning, one_run
 from cspcheck.checker.semantics.steps import Row
 from cspcheck.checker.semantics.transitions import Explored
@@ -63,7 +64,7 @@ class Machines:
         full: explore everything, end nothing early, merge nothing.
         reduces: whether processes may be reduced although the script does not ask for it.
         kept_bytes: how much to keep for later.
-        progress, notify, checkpoints: handed to the searches.
+        progress, notify, checkpoints, spill: handed to the searches.
     """
 
     def __init__(
@@ -76,8 +77,10 @@ class Machines:
         progress: Callable[[Progress], None] | None = None,
         notify: Callable[[str], None] | None = None,
         checkpoints: Checkpoints | None = None,
+        spill: Spill | None = None,
     ) -> None:
         self.workers = workers
+        self.spill = spill
         self.full = full
         self.reduces = reduces and not full
         self._kept_bytes = kept_bytes
@@ -245,6 +248,7 @@ class Machines:
                 progress=self._progress,
                 notify=self._notify,
                 checkpoints=self._checkpoints,
+                spill=self.spill,
             )
             if found.complete:
                 key = ("exploration", process, "everything", original)
@@ -295,7 +299,7 @@ class Machines:
                 )
             needed = 8 * (exploration.levels[-1] + 1) + 16 * exploration.transitions
             memory = budget.limits.memory_bytes
-            if memory is not None and needed > memory:
+            if exploration.is_partial or (memory is not None and needed > memory):
                 raise Incomplete(
                     f"{budget.memory_reached()}{part}: its {exploration.levels[-1]:,} states take {needed:,} bytes",
                     exploration.levels[-1],
@@ -370,6 +374,7 @@ class Machines:
         *,
         full: bool,
         original: bool = False,
+        at_hand: bool = False,
     ) -> PairExploration:
         """The reachable pairs of a specification's node and a state of *process*. Not kept.
 
@@ -378,14 +383,23 @@ class Machines:
             budget: what may be used.
             full: whether to go on after a violation.
             original: whether compressed components are to have all their states.
+            at_hand: whether all pairs must be in memory afterwards, also those that lead to nothing.
 
         Raises:
             Incomplete: a lazy specification ran into a limit.
         """
-        return self.pairs_of(self.packed(process, budget, original=original), specification, model, budget, full=full)
+        packed = self.packed(process, budget, original=original)
+        return self.pairs_of(packed, specification, model, budget, full=full, at_hand=at_hand)
 
     def pairs_of(
-        self, packed: PackedNetwork, specification: Specification, model: Semantics, budget: Budget, *, full: bool
+        self,
+        packed: PackedNetwork,
+        specification: Specification,
+        model: Semantics,
+        budget: Budget,
+        *,
+        full: bool,
+        at_hand: bool = False,
     ) -> PairExploration:
         """The reachable pairs of a specification's node and a state of a network; see :meth:`pairs`."""
         found = explore_pairs(
@@ -398,6 +412,7 @@ class Machines:
             progress=self._progress,
             notify=self._notify,
             checkpoints=self._checkpoints,
+            spill=None if at_hand else self.spill,
         )
         budget.used(found.peak_memory_bytes + _size(specification))
         return found

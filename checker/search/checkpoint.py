@@ -30,7 +30,7 @@ PIECE = 1 << 20
 """Words that are read or written at a time."""
 MANIFEST = "checkpoint.json"
 """The file that says what a folder of checkpoints belongs to."""
-FORMAT = 1
+FORMAT = 2
 
 
 class Mismatch(Exception):
@@ -66,6 +66,7 @@ class Tally:
 
     known: int
     levels: list[int]
+    transitions_at: list[int]
     transitions: int
     deadlocks: int
     violated: int
