@@ -205,16 +205,20 @@ class SpillSearch(LevelSearch):
                 end = min(last, begin + SORTED)
                 rows = visited.rows[begin * stride : end * stride].reshape(-1, stride)
                 order = np.lexsort(rows.T[::-1])
-                rows = np.ascontiguousarray(rows[order]).reshape(-1)
+                ascending = np.ascontiguousarray(rows[order]).reshape(-1)
                 if first >= at.end:
-                    store.put_aside(rows)
+                    store.put_aside(ascending)
                     continue
                 if begin >= start and len(at.moved):
                     at.moved[begin - start : end - start] = at.moved[begin - start : end - start][order]
-                store.append(self._kernels, pieces_of(rows, stride))
+                store.append(self._kernels, pieces_of(ascending, stride))
         self._note_peak()
+        if self._checkpoint is not None and self._notify is not None:
+            self._notify("the search goes on on disk, where no checkpoints are written")
         self.store, self._checkpoint = store, None
         self._most_bits = _table_bits(self._memory(), stride, self._spill.rows)
+        if self._workers > 1:
+            self._most_bits = max(self._most_bits, DIVIDED_BITS)
         self._clear()
         self._level_bytes = at.moved.nbytes
 
