@@ -30,6 +30,7 @@ from cspcheck.checker.verdict import (
     Termination,
     Verdict,
 )
+from cspcheck.cspm.interruption import during
 from cspcheck.cspm.process.events import EventSet, EventTable
 from cspcheck.cspm.process.terms import STOP, Prioritised, Process, Sequential
 from cspcheck.cspm.syntax.tree import (
@@ -308,7 +309,8 @@ class Checker:
         """The outcome that the first *states* of a process tell already; None if they do not. See :meth:`_answered`."""
         try:
             machines, levels = self._machines.at_the_beginning(subject, budget, states)
-            found = self._in_words(check(Context(machines, self._script.events, budget)))
+            with during("looking at the beginning of the process", vague=True):
+                found = self._in_words(check(Context(machines, self._script.events, budget)))
         except (Incomplete, ReplayFailure):
             # Beyond the levels that are there as a whole the machine has deadlocks that the process does not have.
             return None

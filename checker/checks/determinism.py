@@ -55,7 +55,9 @@ def deterministic(context: Context, process: Process, model: FailuresModel) -> O
     exploration = machines.first_look(process, aim, budget)
     if exploration is None and machines.reduces:
         outcome = _by_rules(context, process, aim) or _reduced(context, process, model)
-        if outcome is not None:
+        if outcome is not None and outcome.verdict is Verdict.FAIL:
+            exploration = machines.second_look(process, aim, budget)
+        if outcome is not None and exploration is None:
             return outcome
     if exploration is None:
         exploration = machines.exploration(process, aim, budget)

@@ -39,10 +39,12 @@ def deadlock_free(context: Context, process: Process, model: FailuresModel) -> O
     exploration = context.machines.first_look(process, aim, context.budget)
     if exploration is None:
         outcome = reduced_search(context, process, aim)
-        if outcome is not None:
+        if outcome is not None and outcome.verdict is Verdict.FAIL:
+            exploration = context.machines.second_look(process, aim, context.budget)
+        if outcome is not None and exploration is None:
             ends = outcome.verdict is Verdict.PASS and may_terminate(context.machines.network(process, context.budget))
             return replace(outcome, remarks=(*outcome.remarks, TERMINATES)) if ends else outcome
-        exploration = context.machines.exploration(process, aim, context.budget)
+        exploration = exploration or context.machines.exploration(process, aim, context.budget)
     levels = (exploration.deadlock_level, exploration.divergence_level if divergence_counts else None)
     level = min((level for level in levels if level is not None), default=None)
     if level is None:

@@ -17,6 +17,7 @@ from cspcheck.checker.checks.machine_terms import MachineTerms
 from cspcheck.checker.checks.reducing import as_they_are, model_for, reduced
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.network.compiler import MOST_TERMS, Compiler, LimitReached
+from cspcheck.checker.network.lazily import is_chased
 from cspcheck.checker.network.network import Network
 from cspcheck.checker.network.skeleton import compile_single
 from cspcheck.checker.packing.packed import PackedNetwork, pack
@@ -51,6 +52,9 @@ MANY_COMPONENTS = 256
 
 FIRST_LOOK = 2_000
 """So many states are looked at before a process is reduced: what is found among them is told by the shortest run."""
+
+SECOND_LOOK = 500_000
+"""So many states are looked at for the shortest run to what was found in a reduced process."""
 
 WHOLE_NORMAL_FORM = 50_000
 """Normal forms of more nodes than this are extended node by node as the search reaches them."""
@@ -133,7 +137,8 @@ class Machines:
             compiler = self._terms.original if original else self._terms.compiler
             self._terms.budget = budget
             limits = budget.limits
-            if terms is not None and (limits.states is None or terms < limits.states):
+            # What is chased is explored in company from the start.
+            if terms is not None and not is_chased(process) and (limits.states is None or terms < limits.states):
                 limits = replace(limits, states=terms)
             try:
                 found = compiler.network(process, limits, lambda _: budget.check_time())
@@ -208,15 +213,26 @@ class Machines:
             return whole
         if aim == "deadlock" and len(self.network(process, budget).slots) > MANY_COMPONENTS:
             return None
-        key: tuple[object, ...] = ("first look", process, aim)
+        return self._look(("first look", process, aim), process, aim, budget.narrowed(FIRST_LOOK))
+
+    def second_look(self, process: Process, aim: Aim, budget: Budget) -> Exploration | None:
+        """The exploration of a process in which something was found when it was reduced; None if it is too large.
+
+        So what is told of it does not depend on its having been reduced.
+        """
+        if len(self.network(process, budget).slots) > MANY_COMPONENTS:
+            return None
+        return self._look(("second look", process, aim), process, aim, budget.narrowed(SECOND_LOOK))
+
+    def _look(self, key: tuple[object, ...], process: Process, aim: Aim, budget: Budget) -> Exploration | None:
         found: Exploration | None = self._find(key)
         if found is None:
-            few = budget.narrowed(FIRST_LOOK)
-            found = self._explored(self.packed(process, budget), aim, few)
+            found = self._explored(self.packed(process, budget), aim, budget)
             if found.complete:
                 key = ("exploration", process, "everything", False)
             if found.stop in (None, "found", "states"):
                 self._keep(key, found, found.peak_memory_bytes)
+        budget.used(found.peak_memory_bytes)
         return found if found.complete or found.stop == "found" else None
 
     def looked_at(self, process: Process, aim: Aim) -> Exploration | None:

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
+from cspcheck.checker.network.compiler import Compiler
 from cspcheck.checker.semantics.steps import Row
-from cspcheck.checker.semantics.transitions import Semantics, offer
+from cspcheck.checker.semantics.transitions import offer
 from cspcheck.cspm.process.events import TAU
 from cspcheck.cspm.process.terms import Process
 
@@ -35,7 +36,7 @@ class Replay:
 
     def __init__(self, process: Process) -> None:
         self._process = process
-        self.semantics = Semantics()
+        self.semantics = Compiler().semantics
         self._rows: dict[Process, Row] = {}
         self.states: States = {self.semantics.state(process): None}
         self._labels: list[int] = []

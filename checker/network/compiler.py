@@ -13,10 +13,13 @@ from fast to slow, all with the same states and transitions:
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 
 from cspcheck.checker.network.actions import TooManyActions
+from cspcheck.checker.network.chased import MOST_LOCAL, Chases, Unsuited as NotChased
 from cspcheck.checker.network.components import ALONE, Machines
 from cspcheck.checker.network.formats import Formats
+from cspcheck.checker.network.lazily import LazyComposition, is_chased
 from cspcheck.checker.network.network import Network
 from cspcheck.checker.network.placement import network_of
 from cspcheck.checker.network.priority import at_the_top
@@ -28,7 +31,7 @@ from cspcheck.checker.network.skeleton import (
     compile_skeleton,
     is_component,
 )
-from cspcheck.checker.semantics.growth import too_many
+from cspcheck.checker.semantics.growth import beyond, too_many
 from cspcheck.checker.semantics.machine_states import MachineParts
 from cspcheck.checker.semantics.transitions import Explored, LimitReached, MoreStates, Poll, Semantics
 from cspcheck.checker.verdict import Limits
@@ -40,6 +43,8 @@ FEW = (24, 256)
 """A component with more states than this by itself is left, to see whether the whole has as many."""
 SMALL = 2_000
 """A component with parallel parts and more states than this is taken apart if it can be."""
+CHASED = 20_000
+"""A composition in which something is chased is explored so far before what is chased is explored by itself."""
 SLOT_STATES = 20_000
 """A component of a network with parts is explored so far before other ways are tried."""
 MOST_TERMS = 500_000
@@ -54,12 +59,20 @@ class Compiler:
     Args:
         slot_states: how far a component is explored before other ways are tried.
         semantics: the transitions of terms; by default as the operators say.
+        chases: what is chased; by default that is worked out for this compiler.
     """
 
-    def __init__(self, *, slot_states: int = SLOT_STATES, semantics: Semantics | None = None) -> None:
-        self.semantics = semantics or Semantics()
+    def __init__(
+        self,
+        *,
+        slot_states: int = SLOT_STATES,
+        semantics: Semantics | None = None,
+        chases: Chases | None = None,
+    ) -> None:
+        self.chases = chases or Chases(self._inside_chase, lambda: self.semantics)
+        self.semantics = semantics or Semantics(ahead=self.chases.row)
         self._slot_states = slot_states
-        self._machines = Machines(self.semantics)
+        self._machines = Machines(self.semantics, self.chases.explorer)
         self._has_machines = MachineParts()
         self._has_parts = Parts()
 
@@ -110,7 +123,45 @@ class Compiler:
             # Without the priority there may be no end to it.
             return None
 
+    def _inside_chase(self, component: Component) -> Explored:
+        """A component of what is chased."""
+        return self._machines.of(self.semantics.state(component.process), component.role, MOST_LOCAL)
+
+    def _chased(self, process: Process, most: int) -> Network | None:
+        """The network of a composition in which something is chased; None if it is no such thing."""
+        if not is_chased(process):
+            return None
+        slot_states = min(self._slot_states, most)
+        try:
+            composition = LazyComposition(
+                process,
+                self.chases,
+                self.semantics,
+                lambda component: self._explored(component, slot_states),
+                self._is_machine,
+                self._has_machines,
+            )
+        except (NotChased, _TooLarge):
+            return None
+        compressed = any(slot.compressed is not None for slot in composition.network.slots)
+        try:
+            machine = composition.explored(min(CHASED, most), self._machines.poll)
+        except MoreStates:
+            # What is chased may well be small by itself, and then the whole is better explored as a network.
+            try:
+                return self._composed(process, slot_states)
+            except _TooLarge:
+                pass
+            try:
+                machine = composition.explored(most, self._machines.poll)
+            except MoreStates as more:
+                raise beyond(process, len(more.terms)) from None
+        return compile_single(process, machine, lambda _: True) if compressed else compile_single(process, machine)
+
     def _network(self, process: Process, most: int) -> Network:
+        chased = self._chased(process, most)
+        if chased is not None:
+            return chased
         slot_states = min(self._slot_states, most)
         small = min(SMALL, slot_states)
         # The whole and its parts in turns: a part that has no end, or nearly none, may get nowhere in company.
@@ -203,7 +254,7 @@ def _terms_in(memory_bytes: int | None) -> int:
 class _TooLarge(Exception):
     """A component has more states than it may; ``terms`` are those up to there."""
 
-    def __init__(self, component: Component, terms: list[Process]) -> None:
+    def __init__(self, component: Component, terms: Sequence[Process]) -> None:
         super().__init__(component.place.text)
         self.component = component
         self.terms = terms

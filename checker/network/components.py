@@ -93,6 +93,11 @@ def _machine_at(state: MachineState, role: Alone | Joined) -> Explored:
     return Explored(lts, (state,) * lts.states)
 
 
+ExploreMost = Callable[[int, Poll | None], Explored]
+"""Explores a term up to so many states, or raises ``MoreStates``."""
+Explorer = Callable[[Process], ExploreMost | None]
+"""Gives another way to explore a term, if there is one."""
+
 REMEMBERED = 20_000
 """So many terms of a component that has too many are remembered, to say so again at once."""
 
@@ -100,12 +105,17 @@ REMEMBERED = 20_000
 class Machines:
     """The machines of components by themselves and under parallel operators, each built once.
 
+    Args:
+        semantics: the transitions of terms.
+        explorer: explores what is chased, if that is to be done in a faster way than by its rule.
+
     Attributes:
         poll: called now and then with the number of states of the machine being built; what it raises ends that.
     """
 
-    def __init__(self, semantics: Semantics) -> None:
+    def __init__(self, semantics: Semantics, explorer: Explorer | None = None) -> None:
         self.poll: Poll | None = None
+        self._explorer = explorer
         self._semantics = semantics
         self._known: dict[tuple[Process, Role], Explored] = {}
         self._too_big: dict[tuple[Process, Role], list[Process]] = {}
@@ -120,6 +130,9 @@ class Machines:
         found = self._known.get(key)
         if found is None and isinstance(state, MachineState):
             found = self._known[key] = _machine_at(state, role)
+        if found is None and self._explorer is not None and (explore := self._explorer(state)) is not None:
+            # It never ticks, so it is under a parallel operator what it is by itself.
+            found = self._known[key] = self._of_chase(explore, most, key)
         if found is None:
             successors: Callable[[Process], list[Step] | Row] = self._semantics.transitions
             if isinstance(role, Joined):
@@ -132,11 +145,20 @@ class Machines:
                 with during(partial(so_far, terms, self._semantics.heads)):
                     found = self._known[key] = breadth_first(state, successors, most, self.poll, terms)
             except MoreStates as more:
-                self._too_big[key] = more.terms[:REMEMBERED]
+                self._too_big[key] = list(more.terms[:REMEMBERED])
                 raise
         if found.lts.states > most:
             raise MoreStates(list(found.terms[:most]))
         return found
+
+    def _of_chase(self, explore: ExploreMost, most: int, key: tuple[Process, Role]) -> Explored:
+        if len(self._too_big.get(key, ())) >= most:
+            raise MoreStates(self._too_big[key][:most])
+        try:
+            return explore(most, self.poll)
+        except MoreStates as more:
+            self._too_big[key] = list(more.terms[:REMEMBERED])
+            raise
 
     def has_at_most(self, state: Process, most: int) -> bool:
         """Whether a term has no more than *most* states."""

@@ -11,6 +11,7 @@ the states of the others; the whole performs ``result``. Hiding and renaming hav
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from cspcheck.checker.lts import Lts
@@ -35,7 +36,7 @@ class Slot:
     name: str
     span: Span | None
     lts: Lts
-    terms: tuple[Process, ...]
+    terms: Sequence[Process]
     compressed: Process | None = None
 
 

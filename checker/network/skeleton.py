@@ -95,12 +95,17 @@ def compile_skeleton(
             actions = skeleton.part(process, ALONE, Place()).actions
     else:
         actions = skeleton.component(Component(process, ALONE, _named(process, Place())[1])).actions
-    return Network(
-        slots=tuple(skeleton.slots),
-        rules=rules(actions),
-        initial=tuple((slot, 0) for slot in range(len(skeleton.slots))),
-        terminated=any(a.result == TICK for a in actions),
-    )
+    return skeleton.network(actions)
+
+
+def compile_parts(
+    process: Process, explore: Explore, is_machine: Told = never, has_machines: Told = never
+) -> tuple[Network, tuple[Component, ...]]:
+    """The network of :func:`compile_skeleton`, and what stands in each of its slots."""
+    skeleton = _Skeleton(explore, is_machine, has_machines)
+    with deep_recursion():
+        actions = skeleton.part(process, ALONE, Place()).actions
+    return skeleton.network(actions), tuple(skeleton.components)
 
 
 def compile_single(process: Process, machine: Explored, has_machines: Told = never) -> Network:
@@ -176,7 +181,18 @@ class _Skeleton:
         self._is_machine = is_machine
         self._has_machines = has_machines
         self.slots: list[Slot] = []
+        self.components: list[Component] = []
         self._parts: dict[Place, int] = {}
+
+    def network(self, actions: Iterable[Action]) -> Network:
+        """The network of one format with these actions."""
+        actions = list(actions)
+        return Network(
+            slots=tuple(self.slots),
+            rules=rules(actions),
+            initial=tuple((slot, 0) for slot in range(len(self.slots))),
+            terminated=any(a.result == TICK for a in actions),
+        )
 
     def part(self, named: Process, role: Alone | Joined, outer: Place) -> _Part:
         """A part of the term: taken apart, unless it may end by itself while it can do something else."""
@@ -184,6 +200,7 @@ class _Skeleton:
         found = self._taken_apart(named, role, outer)
         if endings.ends_alone(found.endings):
             del self.slots[slots:]
+            del self.components[slots:]
             self._parts = parts
             return self.component(Component(named, role, _named(named, outer)[1]))
         return found
@@ -213,9 +230,12 @@ class _Skeleton:
 
     def component(self, component: Component) -> _Part:
         slot = len(self.slots)
+        self.components.append(component)
         machine = self._explore(component)
         place = component.place
-        compressed = component.process if any(map(self._has_machines, machine.terms)) else None
+        compressed = None
+        if self._has_machines is not never and any(map(self._has_machines, machine.terms)):
+            compressed = component.process
         self.slots.append(Slot(self._name(place), place.span, machine.lts, machine.terms, compressed))
         actions = [Action(label, label, ((slot, label),)) for label in machine.alphabet()]
         return _Part(actions, _endings(machine.lts, component.role))

@@ -37,6 +37,11 @@ def too_many(process: Process, terms: Sequence[Process], heads: HeadNormalForms)
     return LimitReached(too_many_states(name, states, span), states)
 
 
+def beyond(process: Process, states: int) -> LimitReached:
+    """What to raise when *process* has more than so many states, whatever they are."""
+    return LimitReached(too_many_states(_named(process)[0], states, _named(process)[1]), states)
+
+
 def so_far(terms: Sequence[Process], heads: HeadNormalForms) -> str:
     """What is going on where *terms* have been found and there may be more: how many, and what grows, if anything."""
     states = len(terms)

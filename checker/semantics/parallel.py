@@ -118,7 +118,7 @@ MOST_KEPT = 64
 """Compositions whose alphabets have been looked through for events."""
 
 
-def _sharing(alphabets: tuple[EventSet, ...], event: int) -> list[int]:
+def sharing(alphabets: tuple[EventSet, ...], event: int) -> list[int]:
     """The operands that have an event in their alphabets; all states of a composition ask the same."""
     found = _SHARING.get(id(alphabets))
     if found is None:
@@ -141,7 +141,7 @@ def _alphabetised(state: State, p: AlphabetisedParallel, rows: list[Row]) -> lis
 
     steps, offers = _alone(p.operands, rows, clocks, lambda i, event: True, rebuild)
     for event, by_operand in offers.items():
-        participants = _sharing(alphabets, event)
+        participants = sharing(alphabets, event)
         if participants:
             steps.extend((event, rebuild(after)) for after in _together(p.operands, participants, by_operand))
     return steps

@@ -9,9 +9,9 @@ and equal states are one object.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from operator import itemgetter
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -41,6 +41,9 @@ __all__ = [
     "transitions",
 ]
 
+Ahead = Callable[[External], Row | None]
+"""Gives the transitions of an external function over a composition; None where its rule must give them."""
+
 _RULES = SEQUENTIAL_RULES | CONCURRENT_RULES
 _POLL_EVERY = 1024
 MOST_NESTED = 50
@@ -60,6 +63,7 @@ class Semantics:
             with priority are not to be used.
         followed: what gives those of functions that look further than a step (``chase``), which must not depend on
             compressions.
+        ahead: what gives the transitions of such a function over a composition in a faster way, where it can.
     """
 
     def __init__(
@@ -68,10 +72,12 @@ class Semantics:
         *,
         prioritised: Semantics | None = None,
         followed: Semantics | None = None,
+        ahead: Ahead | None = None,
     ) -> None:
         self.heads = HeadNormalForms(compile)
         self._prioritised = prioritised
         self._followed_by = followed
+        self._ahead = ahead
         self._has_delegates = prioritised is not None or followed is not None
         self._known: dict[Process, Row] = {}
         self._nested = 0
@@ -137,6 +143,10 @@ class Semantics:
 
     def _followed(self, term: External | Watchdog) -> list[Step]:
         """What a function does that looks at more than the next step of its operand."""
+        if self._ahead is not None and isinstance(term, External):
+            row = self._ahead(term)
+            if row is not None:
+                return list(row)
         if self._nested == MOST_NESTED:
             raise ScriptError(nested_functions(term.function, MOST_NESTED))
         self._nested += 1
@@ -171,7 +181,7 @@ class Explored(NamedTuple):
     """A machine with the term that each of its states is."""
 
     lts: Lts
-    terms: tuple[Process, ...]
+    terms: Sequence[Process]
 
     def alphabet(self) -> tuple[int, ...]:
         """The labels that occur, ascending."""
@@ -214,7 +224,7 @@ def explore(
 class MoreStates(Exception):
     """An exploration found more states than it should; ``terms`` are those up to there."""
 
-    def __init__(self, terms: list[Process]) -> None:
+    def __init__(self, terms: Sequence[Process]) -> None:
         super().__init__(len(terms))
         self.terms = terms
 
@@ -226,40 +236,65 @@ def breadth_first(
     poll: Poll | None = None,
     terms: list[Process] | None = None,
 ) -> Explored:
-    """The machine that a successor function spans.
+    """The machine that a successor function spans; see :func:`spanned`.
+
+    Raises:
+        MoreStates: there are more states than *most*.
+    """
+    terms = [] if terms is None else terms
+    try:
+        lts = spanned(initial, successors, most, poll, terms)
+    except TooMany:
+        raise MoreStates(terms) from None
+    return Explored(lts, tuple(terms))
+
+
+class TooMany(Exception):
+    """An exploration found more states than it should."""
+
+
+State = TypeVar("State", bound=Hashable)
+
+
+def spanned(
+    initial: State,
+    successors: Callable[[State], Iterable[tuple[int, State]]],
+    most: int | None,
+    poll: Poll | None,
+    states: list[State],
+) -> Lts:
+    """The machine that a successor function spans, breadth first.
 
     Args:
         initial: state 0.
         successors: (label, state) pairs of a state, distinct.
         most: how many states there may be; None: any number.
         poll: called about once in a thousand states.
-        terms: an empty list, for who wants to look at the states while they are found.
+        states: an empty list, to which the states are added while they are found.
 
     Raises:
-        MoreStates: there are more than *most*.
+        TooMany: there are more than *most*.
     """
     number = {initial: 0}
-    terms = [] if terms is None else terms
-    terms.append(initial)
+    states.append(initial)
     offsets, labels, targets = [0], [], []
-    for source in terms:
+    for source in states:
         row = []
         for label, state in successors(source):
             target = number.get(state)
             if target is None:
-                target = number[state] = len(terms)
+                target = number[state] = len(states)
                 if target == most:
-                    raise MoreStates(terms)
-                terms.append(state)
+                    raise TooMany
+                states.append(state)
             row.append((label, target))
         row.sort()
         labels.extend([label for label, _ in row])
         targets.extend([target for _, target in row])
         offsets.append(len(labels))
         if poll is not None and len(offsets) % _POLL_EVERY == 0:
-            poll(len(terms))
-    lts = Lts(np.array(offsets, np.int64), np.array(labels, np.int64), np.array(targets, np.int64))
-    return Explored(lts, tuple(terms))
+            poll(len(states))
+    return Lts(np.array(offsets, np.int64), np.array(labels, np.int64), np.array(targets, np.int64))
 
 
 def offer(row: Row) -> frozenset[int] | None:

@@ -42,7 +42,7 @@ def numbered_machine(
         lts, terms = explore(process, Limits(states=most))
     except LimitReached:
         raise ScriptError(too_large_to_draw(title, most)) from None
-    return machine_picture(title, lts, events, lambda state: describe(terms[state], events)), terms
+    return machine_picture(title, lts, events, lambda state: describe(terms[state], events)), tuple(terms)
 
 
 def architecture(title: str, process: Process, events: EventTable) -> Picture:

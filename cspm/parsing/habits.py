@@ -145,7 +145,7 @@ def _semicolon(situation: Situation) -> Diagnostic | None:
 
 def _set_of_numbers(situation: Situation) -> Diagnostic | None:
     tokens, index = situation.tokens, situation.index
-    if situation.kind != ".." or situation.open_bracket is not None or index + 1 >= len(tokens.kinds):
+    if situation.kind != ".." or situation.open_bracket is not None or not 0 < index < len(tokens.kinds) - 1:
         return None
     low, high = tokens.text(index - 1), tokens.text(index + 1)
     span = situation.source.span(tokens.starts[index - 1], tokens.ends[index + 1])

@@ -87,11 +87,10 @@ def utf_16(name: str) -> Diagnostic:
 @mistake(
     "CSP010",
     "an included file cannot be read",
-    explanation="""
-`include` looks for the file in the folder of the script that is checked (the root of all includes), not in the folder
-of the file that includes. It takes files from below that folder only, so that a script cannot have other files of
-whoever checks it shown in messages; `--include-root FOLDER` allows those below another folder, too.
-""",
+    explanation="`include` looks for the file in the folder of the script that is checked (the root of all includes), "
+    "not in the folder of the file that includes. It takes files from below that folder only, so that a script cannot "
+    "have other files of whoever checks it shown in messages; `--include-root FOLDER` allows those below another "
+    "folder, too.",
     example='include "no_such_file.csp"',
     repair='include "definitions.csp"',
 )

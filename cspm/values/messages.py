@@ -550,10 +550,8 @@ def too_long(limit: int) -> Diagnostic:
 @mistake(
     "CSP440",
     "a number too large",
-    explanation="""
-A product has more digits than the evaluator is willing to work with. Numbers have no bound in CSPm, but one of some
-hundred thousand digits comes from a recursion that multiplies without end, not from a model.
-""",
+    explanation="A product has more digits than the evaluator is willing to work with. Numbers have no bound in CSPm, "
+    "but one of some hundred thousand digits comes from a recursion that multiplies without end, not from a model.",
     example="power(n) = if n == 0 then 2 else power(n - 1) * power(n - 1)\nprint power(40)",
     repair="power(n) = if n == 0 then 2 else power(n - 1) * power(n - 1)\nprint power(4)",
 )

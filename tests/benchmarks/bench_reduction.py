@@ -105,6 +105,7 @@ WORKLOADS: dict[str, tuple[str, list[Answer]]] = {
     "token ring, 100 stations": (RING.format(n=100), [("PASS", 300, 400)] * 3),
     "buffers, chain of 100": (BUFFERS.format(n=100), [("PASS", 4522, 12845)]),
     "knowledge chased, 20 facts": (KNOWLEDGE.format(n=20), [("PASS", 3, 2)]),
+    "knowledge chased, 60 facts": (KNOWLEDGE.format(n=60), [("PASS", 3, 2)]),
     "vehicle": (
         (REPOSITORY / "specs" / "rov" / "control_view.csp").read_text(encoding="utf-8"),
         [("PASS", 81, 197), ("PASS", 626, 4577), ("PASS", 626, 4577)],

@@ -73,7 +73,8 @@ def test_the_time_limit_holds(busy: str) -> None:
     assert result.reason is not None
     assert result.reason.startswith("time limit of 0.5 s reached while ")
     # On a busy machine the time may be over before the work that is meant has begun.
-    assert said in result.reason or "building the machine of the process" in result.reason
+    early = ("building the machine of the process", "looking at the beginning of the process")
+    assert any(words in result.reason for words in (said, *early))
     assert script.check("CALM :[deadlock free]", timeout="5m").verdict == "pass"
 
 

@@ -9,12 +9,13 @@ from __future__ import annotations
 import os
 import random
 from collections import Counter
+from functools import partial
 from itertools import islice, permutations
 
 import pytest
 
 from cspcheck.checker.check import Checker
-from cspcheck.checker.checks import store
+from cspcheck.checker.checks import machine_terms, store
 from cspcheck.checker.kernels import jit
 from cspcheck.checker.network import compiler, formats
 from cspcheck.checker.network.compiler import Compiler
@@ -49,7 +50,7 @@ def without_thresholds(monkeypatch: pytest.MonkeyPatch, way: str) -> Counter[int
         return found
 
     monkeypatch.setattr(Compiler, "network", network)
-    monkeypatch.setattr(store, "Compiler", lambda: Compiler(slot_states=2))
+    monkeypatch.setattr(machine_terms, "Compiler", partial(Compiler, slot_states=2))
     monkeypatch.setattr(compiler, "SMALL", 1)
     monkeypatch.setattr(formats, "MOST_INSIDE", 0)
     monkeypatch.setattr(store, "WHOLE_NORMAL_FORM", 0)

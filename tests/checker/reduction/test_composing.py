@@ -44,6 +44,14 @@ class TestNothingIsLost:
             if expected.counterexample is not None:
                 assert found.counterexample is not None
 
+    @settings(max_examples=20)
+    @given(compositions(size=4, components=4), st.one_of(compositions(size=4), processes(size=5)))
+    def test_what_is_told_of_a_failure_does_not_depend_on_it(self, p: Process, q: Process) -> None:
+        plain, reducing = checker(as_written=True), checker()
+        for question in questions(p, q):
+            expected, found = question(plain).counterexample, question(reducing).counterexample
+            assert found == expected, told(p) + "\n" + told(q)
+
     @settings(max_examples=40)
     @given(compositions(size=4, components=4))
     def test_what_is_left_has_the_failures_and_divergences_of_the_whole(self, process: Process) -> None:

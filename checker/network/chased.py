@@ -1,0 +1,250 @@
+"""``chase`` over a composition, state by state: what its rule says, on tuples of local states.
+
+The rule (``semantics.external.chase``) looks for the first tau of the operand again and again. Here the operand is a
+network whose tau rules are in the order in which the operators give their steps; after a step only the rules can have
+come to fire, or ceased to, in which a component takes part that has moved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from functools import partial
+from itertools import product
+
+from cspcheck.checker.network.actions import TooManyActions
+from cspcheck.checker.network.lazy_terms import LazyTerms
+from cspcheck.checker.network.skeleton import Component, compile_parts
+from cspcheck.checker.network.trees import Key, tree_of
+from cspcheck.checker.semantics.steps import Row
+from cspcheck.checker.semantics.transitions import Explored, MoreStates, Poll, Semantics, TooMany, spanned
+from cspcheck.cspm.process.events import TAU, TICK
+from cspcheck.cspm.process.terms import External, Process
+
+Locals = tuple[int, ...]
+"""The local state of each component."""
+LocalRow = dict[int, tuple[int, ...]]
+"""By label: the local states that a component can be in afterwards, in the order of its rules."""
+
+CHASES = ("chase", "chase_nocache")
+
+MOST_LOCAL = 2_000
+"""A component inside has at most so many states; else the rule is applied to terms."""
+
+
+class Unsuited(Exception):
+    """The operand is no composition of small components that go on for ever."""
+
+
+class Chased:
+    """The states of ``chase(P)`` as far as they have been met, for a composition ``P``.
+
+    Args:
+        term: ``chase(P)``, in head normal form; state 0.
+        component: explores a component, up to ``MOST_LOCAL`` states.
+        semantics: gives the order of the transitions of components.
+
+    Attributes:
+        alphabet: all labels that its states may have.
+
+    Raises:
+        Unsuited: P is no such composition.
+        MoreStates: a component is too large.
+    """
+
+    def __init__(self, term: External, component: Callable[[Component], Explored], semantics: Semantics) -> None:
+        self._function = term
+        try:
+            network, components = compile_parts(term.process, component)
+        except TooManyActions:
+            raise Unsuited from None
+        if len(network.slots) < 2 or any((slot.lts.labels == TICK).any() for slot in network.slots):
+            raise Unsuited
+        self._slots = network.slots
+        self._semantics = semantics
+        self._rows: list[dict[int, LocalRow]] = [{} for _ in network.slots]
+        self._numbers: list[dict[Process, int]] = [{} for _ in network.slots]
+        self._tree = tree_of(term.process, components)
+        ordered: dict[int, list[tuple[tuple[int, int], ...]]] = {}
+        for rule in network.rules:
+            ordered.setdefault(rule.result, []).append(rule.moves)
+        for event, several in ordered.items():
+            if len(several) > 1:
+                several.sort(key=partial(self._place, event))
+        self._taus = ordered.pop(TAU, [])
+        self._visible = dict(sorted(ordered.items()))
+        self._touching: list[list[int]] = [[] for _ in network.slots]
+        for place, moves in enumerate(self._taus):
+            for slot, _ in moves:
+                self._touching[slot].append(place)
+        self.alphabet = (TAU, *self._visible)
+        self._states: list[Locals] = []
+        self._number: dict[Locals, int] = {}
+        self._ends: list[Locals | None] = []
+        self._reached: dict[Locals, int] = {}
+        self._after: dict[tuple[int, int], tuple[int, ...]] = {}
+        self._terms: dict[int, Process] = {0: term}
+        start = (0,) * len(network.slots)
+        self._add(start, self._chased(start, range(len(network.slots))))
+
+    def __len__(self) -> int:
+        return len(self._states)
+
+    def after(self, state: int, event: int) -> tuple[int, ...]:
+        """The states that an event leads to, in order; none if it is not possible."""
+        found = self._after.get((state, event))
+        if found is None:
+            found = self._after[state, event] = tuple(dict.fromkeys(self._performed(state, event)))
+        return found
+
+    def row(self, state: int) -> list[tuple[int, int]]:
+        """All (event, state) pairs of a state."""
+        events = self._visible if self._ends[state] is not None else (TAU,)
+        return [(event, after) for event in events for after in self.after(state, event)]
+
+    def term(self, state: int) -> Process:
+        """The term that a state is."""
+        term = self._terms.get(state)
+        if term is None:
+            terms = [slot.terms[local] for slot, local in zip(self._slots, self._states[state], strict=True)]
+            term = self._terms[state] = self._function.with_active((self._tree.put_together(terms),))
+        return term
+
+    def _place(self, event: int, moves: tuple[tuple[int, int], ...]) -> Key:
+        key = self._tree.order(event, moves)
+        assert key is not None, "a rule of a network follows from its operators"
+        return key
+
+    def _add(self, state: Locals, end: Locals | None) -> int:
+        number = self._number.get(state)
+        if number is None:
+            number = self._number[state] = len(self._states)
+            self._states.append(state)
+            self._ends.append(end)
+        return number
+
+    def _performed(self, state: int, event: int) -> Iterable[int]:
+        end = self._ends[state]
+        if end is None:
+            return [state] if event == TAU else []
+        return [
+            self._settled(after, [slot for slot, _ in moves])
+            for moves in self._visible.get(event, ())
+            for after in self._moved(end, moves)
+        ]
+
+    def _settled(self, start: Locals, moved: Iterable[int]) -> int:
+        """The state that ``chase`` goes on in from where an event led to, the components *moved* having moved."""
+        number = self._reached.get(start)
+        if number is None:
+            end = self._chased(start, moved)
+            number = self._reached[start] = self._add(start if end is None else end, end)
+        return number
+
+    def _moved(self, state: Locals, moves: Iterable[tuple[int, int]]) -> Iterable[Locals]:
+        """The states that a rule leads to, in order."""
+        moves = tuple(moves)
+        outcomes = []
+        for slot, label in moves:
+            targets = self._local(slot, state[slot]).get(label)
+            if targets is None:
+                return
+            outcomes.append(targets)
+        for outcome in product(*outcomes):
+            after = list(state)
+            for (slot, _), target in zip(moves, outcome, strict=True):
+                after[slot] = target
+            yield tuple(after)
+
+    def _chased(self, start: Locals, moved: Iterable[int]) -> Locals | None:
+        """Where the first taus lead to; None if nowhere. Only rules that touch components *moved* can fire at first."""
+        here = start
+        seen = {here}
+        # The rules that can fire, by their places in the order.
+        firing = 0
+        while True:
+            for slot in moved:
+                for place in self._touching[slot]:
+                    bit = 1 << place
+                    if all(label in self._local(other, here[other]) for other, label in self._taus[place]):
+                        firing |= bit
+                    else:
+                        firing &= ~bit
+            if not firing:
+                return here
+            moves = self._taus[(firing & -firing).bit_length() - 1]
+            here = next(iter(self._moved(here, moves)))
+            if here in seen:
+                return None
+            seen.add(here)
+            moved = [slot for slot, _ in moves]
+
+    def _local(self, slot: int, state: int) -> LocalRow:
+        row = self._rows[slot].get(state)
+        if row is None:
+            numbers = self._numbers[slot]
+            terms = self._slots[slot].terms
+            if not numbers:
+                numbers.update((term, number) for number, term in enumerate(terms))
+            found: dict[int, list[int]] = {}
+            for event, after in self._semantics.transitions(terms[state]):
+                found.setdefault(event, []).append(numbers[after])
+            row = self._rows[slot][state] = {event: tuple(targets) for event, targets in found.items()}
+        return row
+
+
+def machine_of_chase(chased: Chased, state: int, most: int, poll: Poll | None) -> Explored:
+    """All states of a chased composition from one of them.
+
+    Raises:
+        MoreStates: there are more than *most*.
+    """
+    states: list[int] = []
+    try:
+        lts = spanned(state, chased.row, most, poll, states)
+    except TooMany:
+        # What grows is not in these terms; there must be as many of them as there are states.
+        raise MoreStates([chased.term(state)] * most) from None
+    return Explored(lts, LazyTerms(len(states), lambda i: chased.term(states[i])))
+
+
+class Chases:
+    """The compositions that are chased in a script; each is compiled once.
+
+    Args:
+        component: explores a component, up to ``MOST_LOCAL`` states.
+        semantics: the transitions of terms, without machines.
+    """
+
+    def __init__(self, component: Callable[[Component], Explored], semantics: Callable[[], Semantics]) -> None:
+        self._component = component
+        self._semantics = semantics
+        self._known: dict[Process, tuple[Chased, int] | None] = {}
+
+    def of(self, term: Process) -> tuple[Chased, int] | None:
+        """What a term is as a state of a chased composition; None if it is no such thing."""
+        if not isinstance(term, External) or term.function not in CHASES:
+            return None
+        if term not in self._known:
+            try:
+                self._known[term] = Chased(term, self._component, self._semantics()), 0
+            except (Unsuited, MoreStates):
+                self._known[term] = None
+        return self._known[term]
+
+    def explorer(self, term: Process) -> Callable[[int, Poll | None], Explored] | None:
+        """What explores a chased composition; None for other terms."""
+        found = self.of(term)
+        return None if found is None else partial(machine_of_chase, *found)
+
+    def row(self, term: External) -> Row | None:
+        """The transitions of a chased composition, in the order of its rule."""
+        found = self.of(term)
+        if found is None:
+            return None
+        chased, state = found
+        row = []
+        for event, number in chased.row(state):
+            after = chased.term(number)
+            self._known.setdefault(after, (chased, number))
+            row.append((event, after))
+        return tuple(row)
