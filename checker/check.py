@@ -17,9 +17,9 @@ from cspcheck.checker.checks.refinement import refines
 from cspcheck.checker.checks.store import KEPT_BYTES, Machines
 from cspcheck.checker.explain.replay import ReplayFailure
 from cspcheck.checker.lts import Lts
+from cspcheck.checker.search.beyond import Beyond
 from cspcheck.checker.search.checkpoint import Checkpoints
 from cspcheck.checker.search.exploration import Progress
-from cspcheck.checker.search.spill import Spill
 from cspcheck.checker.specification.normal_form import FailuresModel, Semantics
 from cspcheck.checker.verdict import (
     DEFAULT_MODELS,
@@ -74,7 +74,7 @@ class Checker:
         progress: called a few times a second during a search.
         notify: called with a line to be shown when kernels have to be compiled first.
         checkpoints: where to write long searches down, and to go on from.
-        spill: where searches go on that are larger than memory.
+        beyond: where searches go on that are too large for this process.
     """
 
     def __init__(
@@ -89,7 +89,7 @@ class Checker:
         progress: Callable[[Progress], None] | None = None,
         notify: Callable[[str], None] | None = None,
         checkpoints: Checkpoints | None = None,
-        spill: Spill | None = None,
+        beyond: Beyond | None = None,
     ) -> None:
         self._script = script
         self._limits = limits
@@ -105,7 +105,7 @@ class Checker:
             progress=progress,
             notify=notify,
             checkpoints=checkpoints,
-            spill=spill,
+            beyond=beyond,
         )
 
     def check(self, assertion: Assertion) -> Outcome:

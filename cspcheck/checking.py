@@ -25,9 +25,9 @@ from cspcheck.selection import STDIN
 if TYPE_CHECKING:
     from cspcheck.checker.check import Checker
     from cspcheck.checker.lts import Lts
+    from cspcheck.checker.search.beyond import Beyond
     from cspcheck.checker.search.checkpoint import Checkpoints
     from cspcheck.checker.search.exploration import Progress
-    from cspcheck.checker.search.spill import Spill
     from cspcheck.coverage import Coverage
     from cspcheck.cspm.process.terms import Process
     from cspcheck.cspm.script import Assertion, Script
@@ -59,6 +59,7 @@ class Settings:
         checkpoint: the folder in which long searches are written down; None: nowhere.
         resume: whether to go on from what that folder has.
         spill: the folder in which searches go on that are larger than memory; None: nowhere.
+        cluster: whether the processes that ``mpiexec`` has started search together.
         coverage: whether what never happens in a check that passes is looked for.
         machines: whether results have pictures of machines that are small.
     """
@@ -76,6 +77,7 @@ class Settings:
     checkpoint: str | None = None
     resume: bool = False
     spill: str | None = None
+    cluster: bool = False
     coverage: bool = False
     machines: bool = False
 
@@ -188,7 +190,7 @@ class GuardedChecker:
         self._watch = watch
         self._checker: Checker | None = None
         self._checkpoints = _checkpoints(script, settings, watch)
-        self._spill = _spill(settings)
+        self._beyond = _beyond(settings)
         self._used = False
 
     def check(self, assertion: syntax.Assertion) -> Outcome:
@@ -259,7 +261,7 @@ class GuardedChecker:
                 progress=self._watch.progress,
                 notify=self._watch.notify,
                 checkpoints=self._checkpoints,
-                spill=self._spill,
+                beyond=self._beyond,
             )
         return self._checker
 
@@ -301,12 +303,16 @@ def _checkpoints(script: Script, settings: Settings, watch: Watch) -> Checkpoint
         raise ScriptError(cannot_write(settings.checkpoint, error.strerror or str(error))) from None
 
 
-def _spill(settings: Settings) -> Spill | None:
-    """Where searches go on that are larger than memory.
+def _beyond(settings: Settings) -> Beyond | None:
+    """Where searches go on, or are done, that may be too large for this process.
 
     Raises:
         ScriptError: the folder cannot be written.
     """
+    if settings.cluster:
+        from cspcheck.checker.search.cluster import world
+
+        return world()
     if settings.spill is None:
         return None
     from cspcheck.checker.search.spill import Spill

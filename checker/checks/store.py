@@ -21,10 +21,10 @@ from cspcheck.checker.network.lazily import is_chased
 from cspcheck.checker.network.network import Network
 from cspcheck.checker.network.skeleton import compile_single
 from cspcheck.checker.packing.packed import PackedNetwork, pack
+from cspcheck.checker.search.beyond import Beyond
 from cspcheck.checker.search.checkpoint import Checkpoints
 from cspcheck.checker.search.exploration import Exploration, Progress, explore
 from cspcheck.checker.search.pair_search import PairExploration, explore_pairs
-from cspcheck.checker.search.spill import Spill
 from cspcheck.checker.semantics.beginning import along, beginning, one_run
 from cspcheck.checker.semantics.steps import Row
 from cspcheck.checker.semantics.transitions import Explored
@@ -68,7 +68,7 @@ class Machines:
         full: explore everything, end nothing early, merge nothing.
         reduces: whether processes may be reduced although the script does not ask for it.
         kept_bytes: how much to keep for later.
-        progress, notify, checkpoints, spill: handed to the searches.
+        progress, notify, checkpoints, beyond: handed to the searches.
     """
 
     def __init__(
@@ -81,10 +81,10 @@ class Machines:
         progress: Callable[[Progress], None] | None = None,
         notify: Callable[[str], None] | None = None,
         checkpoints: Checkpoints | None = None,
-        spill: Spill | None = None,
+        beyond: Beyond | None = None,
     ) -> None:
         self.workers = workers
-        self.spill = spill
+        self.beyond = beyond
         self.full = full
         self.reduces = reduces and not full
         self._kept_bytes = kept_bytes
@@ -264,7 +264,7 @@ class Machines:
                 progress=self._progress,
                 notify=self._notify,
                 checkpoints=self._checkpoints,
-                spill=self.spill,
+                beyond=self.beyond,
             )
             if found.complete:
                 key = ("exploration", process, "everything", original)
@@ -428,7 +428,7 @@ class Machines:
             progress=self._progress,
             notify=self._notify,
             checkpoints=self._checkpoints,
-            spill=None if at_hand else self.spill,
+            beyond=None if at_hand else self.beyond,
         )
         budget.used(found.peak_memory_bytes + _size(specification))
         return found

@@ -47,6 +47,7 @@ ENTRIES = (
     "find",
     "enter_all",
     "sort_by_owner",
+    "sort_by_rank",
     "claim",
     "settle",
     "expand",
@@ -90,6 +91,7 @@ class Kernels:
         find = staticmethod(table_kernels.find)
         enter_all = staticmethod(table_kernels.enter_all)
         sort_by_owner = staticmethod(table_kernels.sort_by_owner)
+        sort_by_rank = staticmethod(table_kernels.sort_by_rank)
         claim = staticmethod(table_kernels.claim)
         settle = staticmethod(table_kernels.settle)
         expand = staticmethod(kernels_expand.expand)

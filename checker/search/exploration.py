@@ -15,9 +15,9 @@ import numpy as np
 from cspcheck.checker.arrays import Int64Array
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.packing.packed import PackedNetwork
+from cspcheck.checker.search.beyond import Beyond, prepared
 from cspcheck.checker.search.checkpoint import Checkpoints
 from cspcheck.checker.search.levels import NO_LIMITS, Progress, StopReason
-from cspcheck.checker.search.spill import Spill, prepared
 from cspcheck.checker.search.tau_cycles import divergent_states_of_level, tau_cyclic_states
 from cspcheck.checker.search.walk import CHUNK, Transitions, Walk, transitions_of
 from cspcheck.checker.verdict import Limits
@@ -192,7 +192,7 @@ def explore(
     notify: Callable[[str], None] | None = None,
     compiled: bool | None = None,
     checkpoints: Checkpoints | None = None,
-    spill: Spill | None = None,
+    beyond: Beyond | None = None,
 ) -> Exploration:
     """All reachable states of a network, breadth first.
 
@@ -208,10 +208,10 @@ def explore(
         compiled: True or False to use compiled or interpreted kernels throughout; None: change to the compiled ones
             when the machine turns out to be big. Results do not depend on it.
         checkpoints: where to write the search down now and then, and to go on from, if it is there.
-        spill: where the search goes on when the memory that it may use is used up.
+        beyond: where the search goes on, or is done, that may be too large for this process.
     """
     search = prepared(
-        spill,
+        beyond,
         packed,
         None,
         limits=limits,

@@ -12,11 +12,11 @@ from typing import Literal
 
 from cspcheck.checker.arrays import Int64Array
 from cspcheck.checker.packing.packed import PackedNetwork
+from cspcheck.checker.search.beyond import Beyond, prepared
 from cspcheck.checker.search.checkpoint import Checkpoints
 from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.search.levels import NO_LIMITS, Progress
 from cspcheck.checker.search.pairs import LazyNormalForm, Pairs
-from cspcheck.checker.search.spill import Spill, prepared
 from cspcheck.checker.search.walk import CHUNK, refusing_rows, transitions_of
 from cspcheck.checker.specification.normal_form import NormalForm, Semantics
 from cspcheck.checker.verdict import Limits
@@ -104,7 +104,7 @@ def explore_pairs(
     notify: Callable[[str], None] | None = None,
     compiled: bool | None = None,
     checkpoints: Checkpoints | None = None,
-    spill: Spill | None = None,
+    beyond: Beyond | None = None,
 ) -> PairExploration:
     """Search the reachable pairs for one that breaks ``specification [model= network``.
 
@@ -115,7 +115,7 @@ def explore_pairs(
     """
     pairs = Pairs(specification, packed.layout, packed.events)
     search = prepared(
-        spill,
+        beyond,
         packed,
         pairs,
         limits=limits,

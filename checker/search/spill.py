@@ -21,11 +21,9 @@ from cspcheck.checker.arrays import Int64Array
 from cspcheck.checker.guard import machine_memory
 from cspcheck.checker.kernels.arrays import Index
 from cspcheck.checker.kernels.jit import Kernels
-from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.search.crew import DIVIDED_BITS
 from cspcheck.checker.search.expansion import CAPACITY
 from cspcheck.checker.search.levels import INTERPRETED_ROWS, LevelSearch
-from cspcheck.checker.search.pairs import Pairs
 from cspcheck.checker.search.part import Part, cyclic_rows
 from cspcheck.checker.search.runs import (
     BLOCK,
@@ -388,13 +386,6 @@ class _OnDisk:
         if left is None:
             raise MemoryError
         return cyclic_rows(search.packed, search.pairs, left)
-
-
-def prepared(spill: Spill | None, packed: PackedNetwork, pairs: Pairs | None, **options: Any) -> LevelSearch:
-    """A search, which may go on on disk if it is said where."""
-    if spill is None:
-        return LevelSearch(packed, pairs, **options)
-    return SpillSearch(packed, pairs, spill=spill, **options)
 
 
 def _table_bits(memory: int, stride: int, rows: int | None) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -28,6 +29,7 @@ from cspcheck.cli.options import (
 @script_options
 @limit_options
 @click.option("--coverage", is_flag=True, help="Say what never happens in a check that passes.")
+@click.option("--cluster", is_flag=True, help="Search with all processes that `mpiexec` has started (needs MPI).")
 @manner_options
 def command(**options: Any) -> None:
     """Check every assertion of every script.
@@ -35,6 +37,22 @@ def command(**options: Any) -> None:
     FILE is a CSPm script, a folder (the scripts below it), FILE:LINE (the assertion on that line), or `-` for
     standard input.
     """
+    if not options["cluster"]:
+        finish(_checked(options))
+        return
+    from cspcheck.cli.cluster import together
+
+    if options["spill"] is not None:
+        raise click.UsageError("`--spill` is for one process, `--cluster` for several: say which")
+    code = 0
+    with together() as first:
+        if first:
+            code = _checked(options)
+    finish(code)
+
+
+def _checked(options: Mapping[str, Any]) -> int:
+    """Check, and report; the exit code."""
     from cspcheck.cli.session import Session
     from cspcheck.cli.streams import output_to
     from cspcheck.report import report
@@ -54,5 +72,4 @@ def command(**options: Any) -> None:
             color=options["color"],
             verbosity=verbosity,
         )
-        code = session.check(targets(options["files"]))
-    finish(code)
+        return session.check(targets(options["files"]))

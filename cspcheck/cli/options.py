@@ -134,6 +134,7 @@ def settings(options: Mapping[str, Any], overrides: Mapping[str, str]) -> Settin
         checkpoint=_checkpoint(options),
         resume=options["resume"] is not None,
         spill=options["spill"],
+        cluster=options.get("cluster", False),
     )
 
 

@@ -85,7 +85,7 @@ def test_of_a_machine(
     packed = pack(network)
     aims = {"stop_at_deadlock": deadlock, "stop_at_divergence": divergence, "workers": workers, "compiled": False}
     expected = explore(packed, **aims)
-    found = explore(packed, spill=Spill(tmp_path, rows), **aims)
+    found = explore(packed, beyond=Spill(tmp_path, rows), **aims)
     assert told(found) == told(expected)
     assert paths(found) == paths(expected)
     assert os.listdir(tmp_path) == []
@@ -105,7 +105,7 @@ def test_of_pairs(
 ) -> None:
     packed, normal_form = pack(network), specification(network, rows, model, own)
     expected = explore_pairs(packed, normal_form, model, full=full, compiled=False)
-    found = explore_pairs(packed, normal_form, model, full=full, compiled=False, spill=Spill(tmp_path, most))
+    found = explore_pairs(packed, normal_form, model, full=full, compiled=False, beyond=Spill(tmp_path, most))
     assert told(found) == told(expected)
     assert found.violation_level == expected.violation_level
     if expected.violation_level is None:
@@ -126,7 +126,7 @@ def test_of_pairs(
 def test_past_a_limit_of_states_the_same_levels_count(tmp_path: Path, network: Network, limit: int, rows: int) -> None:
     packed, limits = pack(network), Limits(states=limit)
     expected = explore(packed, limits=limits, compiled=False)
-    found = explore(packed, limits=limits, compiled=False, spill=Spill(tmp_path, rows))
+    found = explore(packed, limits=limits, compiled=False, beyond=Spill(tmp_path, rows))
     assert told(found) == told(expected)
 
 
@@ -143,7 +143,7 @@ def test_several_threads_gather_more_than_fits(tmp_path: Path, monkeypatch: pyte
 
     monkeypatch.setattr(spill.Store, "put_aside", counted)
     monkeypatch.setattr(spill, "ROWS", 400)
-    found = explore(packed, compiled=False, workers=3, spill=Spill(tmp_path, 10))
+    found = explore(packed, compiled=False, workers=3, beyond=Spill(tmp_path, 10))
     assert told(found) == told(expected)
     assert asides > 3
     assert found.is_partial
@@ -155,7 +155,7 @@ def test_a_full_disk_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
     monkeypatch.setattr(runs.RunWriter, "add", full)
     packed = pack(synchronised({f"P{i}": cycle(f"a{i}", f"b{i}") for i in range(5)}))
-    found = explore(packed, compiled=False, spill=Spill(tmp_path, 10))
+    found = explore(packed, compiled=False, beyond=Spill(tmp_path, 10))
     assert (found.complete, found.stop) == (False, "disk")
     assert os.listdir(tmp_path) == []
 
@@ -184,7 +184,7 @@ def test_verdicts_counts_and_counterexamples_are_those_in_memory(tmp_path: Path)
     script = load(Source("s.csp", SCRIPT))
 
     def answers(place: Spill | None) -> list[Outcome]:
-        checker = Checker(script, as_written=True, workers=1, spill=place)
+        checker = Checker(script, as_written=True, workers=1, beyond=place)
         return [replace(checker.check(a.node), seconds=0.0, peak_memory_bytes=0) for a in script.assertions]
 
     expected = answers(None)
