@@ -9,6 +9,9 @@ from cspcheck.checker.kernels.jit import kernels_for
 from cspcheck.checker.lts import Lts, machine, reachable, sources
 from cspcheck.cspm.process.events import TAU
 
+MOST = 1 << 18
+"""So many states are examined before machine code comes back: some tenths of a second."""
+
 
 def coarsest_partition(lts: Lts, initial: Int64Array) -> Int64Array:
     """The coarsest refinement of a partition whose classes cannot be told apart by their transitions.
@@ -37,7 +40,7 @@ def coarsest_partition(lts: Lts, initial: Int64Array) -> Int64Array:
     def scratch(entries: int) -> Int64Array:
         return np.zeros(entries, dtype=np.int64)
 
-    kernels_for(size).coarsest(
+    arguments = (
         size,
         lts.offsets,
         labels.astype(np.int64),
@@ -45,7 +48,6 @@ def coarsest_partition(lts: Lts, initial: Int64Array) -> Int64Array:
         earlier_offsets,
         sources(lts)[by_target],
         block,
-        len(first),
         order,
         place,
         block_last - counts,
@@ -63,7 +65,16 @@ def coarsest_partition(lts: Lts, initial: Int64Array) -> Int64Array:
         scratch(size + lts.transitions + widest),
         scratch(slots),
         scratch(slots),
+        scratch(6),
+        MOST,
     )
+    kernels, blocks = kernels_for(size), len(first)
+    while True:
+        # Between two calls whoever limits this work may end it.
+        blocks = kernels.coarsest(*arguments[:7], blocks, *arguments[7:])
+        if blocks >= 0:
+            break
+        blocks = -1 - blocks
     return numbered(block)
 
 

@@ -149,6 +149,7 @@ class SharedSearch:
         except _Ended:
             pass
         finally:
+            self.peak_memory_bytes = max(self.peak_memory_bytes, self._bytes())
             self.seconds = time.monotonic() - self._started
         if not self.cancelled:
             part = Part(self._kernels, self.packed, self.pairs, _Spread(self), self._initial())
