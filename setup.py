@@ -1,10 +1,13 @@
-"""The one step of the build that ``pyproject.toml`` cannot say: the parse table is made, and shipped with the grammar.
+"""The steps of the build that ``pyproject.toml`` cannot say: the parse table, and the description of a release.
 
-Otherwise each user's first run would compute it, with Lark, and keep it in a cache.
+The table is made once and shipped with the grammar; otherwise each user's first run would compute it, with Lark, and
+keep it in a cache. The description is the README without its links to other files of the repository: where a release is
+described, these lead nowhere.
 """
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 
@@ -12,6 +15,7 @@ from setuptools import setup
 from setuptools.command.build_py import build_py
 
 ROOT = Path(__file__).resolve().parent
+_LINK_INSIDE = re.compile(r"(?<!!)\[([^]\n]+)\]\((?![a-z]+:)[^)\s]+\)")
 
 
 class BuildWithTable(build_py):
@@ -27,4 +31,13 @@ class BuildWithTable(build_py):
             ship(Path(self.build_lib) / GRAMMAR.relative_to(ROOT))
 
 
-setup(cmdclass={"build_py": BuildWithTable})
+def description() -> str:
+    """The README with the text of a link in place of a link to a file."""
+    return _LINK_INSIDE.sub(r"\1", (ROOT / "README.md").read_text(encoding="utf-8"))
+
+
+setup(
+    cmdclass={"build_py": BuildWithTable},
+    long_description=description(),
+    long_description_content_type="text/markdown",
+)

@@ -194,3 +194,124 @@ _C_WORDS = frozenset(
         "stop",
     }
 )
+
+
+# --- Ada ----------------------------------------------------------------------------------------------------------
+
+
+def ada_text(text: str) -> Code:
+    """A text as an expression of Ada: a literal of printable ASCII, and the other bytes of UTF-8 by their numbers."""
+    parts: list[str] = []
+    plain = ""
+    for byte in text.encode("utf-8", "surrogateescape"):
+        if 32 <= byte < 127:
+            if len(plain) >= 60:
+                parts.append(f'"{plain}"')
+                plain = ""
+            plain += '""' if byte == 34 else chr(byte)
+            continue
+        if plain:
+            parts.append(f'"{plain}"')
+            plain = ""
+        parts.append(f"Character'Val ({byte})")
+    if plain or len(parts) < 2:
+        parts.append(f'"{plain}"')
+    return Code(" & ".join(parts))
+
+
+def ada_name(text: str) -> Code:
+    """A name of Ada made of a text."""
+    name = re.sub(r"[^A-Za-z0-9]+", "_", text.replace("'", "_prime")).strip("_") or "X"
+    name = f"N_{name}" if name[0].isdigit() else name
+    return Code(f"{name}_X" if name.lower() in _ADA_WORDS else name)
+
+
+_ADA_WORDS = frozenset(
+    {
+        "abort",
+        "abs",
+        "abstract",
+        "accept",
+        "access",
+        "aliased",
+        "all",
+        "and",
+        "array",
+        "at",
+        "begin",
+        "body",
+        "case",
+        "constant",
+        "declare",
+        "delay",
+        "delta",
+        "digits",
+        "do",
+        "else",
+        "elsif",
+        "end",
+        "entry",
+        "exception",
+        "exit",
+        "for",
+        "function",
+        "generic",
+        "goto",
+        "if",
+        "in",
+        "interface",
+        "is",
+        "limited",
+        "loop",
+        "mod",
+        "new",
+        "not",
+        "null",
+        "of",
+        "or",
+        "others",
+        "out",
+        "overriding",
+        "package",
+        "pragma",
+        "private",
+        "procedure",
+        "protected",
+        "raise",
+        "range",
+        "record",
+        "rem",
+        "renames",
+        "requeue",
+        "return",
+        "reverse",
+        "select",
+        "separate",
+        "some",
+        "subtype",
+        "synchronized",
+        "tagged",
+        "task",
+        "terminate",
+        "then",
+        "type",
+        "until",
+        "use",
+        "when",
+        "while",
+        "with",
+        "xor",
+        "integer",
+        "natural",
+        "positive",
+        "boolean",
+        "true",
+        "false",
+        "character",
+        "string",
+        "csp",
+        "tables",
+        "methods",
+        "main",
+    }
+)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from cspcheck import checking
-from cspcheck.checker.verdict import Limits
+from cspcheck.checker.verdict import Termination
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
 from cspcheck.cspm.source import Source
 from cspcheck.quantities import parse_duration, parse_size
@@ -74,7 +74,8 @@ def loads(
     overrides = {constant: _as_text(value) for constant, value in (definitions or {}).items()}
     semantics = Semantics(view, outputs)
     loaded = script.load(Source(name, text), overrides=overrides, typecheck=typecheck, semantics=semantics)
-    return Script(loaded, checking.Settings())
+    settings = checking.Settings(definitions=overrides, typecheck=typecheck, view=view, outputs=outputs)
+    return Script(loaded, settings)
 
 
 def load_with(path: str, settings: checking.Settings, definitions: Mapping[str, object]) -> Script:
@@ -101,7 +102,7 @@ class Script:
     def __init__(self, loaded: script.Script, settings: checking.Settings) -> None:
         self._script = loaded
         self._settings = settings
-        self._checkers: dict[tuple[Limits, int | None, bool], checking.GuardedChecker] = {}
+        self._checkers: list[tuple[checking.Settings, checking.GuardedChecker]] = []
 
     def __repr__(self) -> str:
         return f"<cspcheck.Script {self.name!r}, {len(self.assertions)} assertions>"
@@ -136,6 +137,8 @@ class Script:
         max_memory: int | str | None = None,
         workers: int | None = None,
         full: bool | None = None,
+        as_written: bool | None = None,
+        termination: Termination | None = None,
     ) -> list[Result]: ...
 
     @overload
@@ -148,6 +151,8 @@ class Script:
         max_memory: int | str | None = None,
         workers: int | None = None,
         full: bool | None = None,
+        as_written: bool | None = None,
+        termination: Termination | None = None,
     ) -> Result: ...
 
     def check(
@@ -159,6 +164,8 @@ class Script:
         max_memory: int | str | None = None,
         workers: int | None = None,
         full: bool | None = None,
+        as_written: bool | None = None,
+        termination: Termination | None = None,
     ) -> Result | list[Result]:
         """Check the script's assertions, or one that is given as text.
 
@@ -170,6 +177,9 @@ class Script:
             max_memory: bytes for the process, or ``"8GiB"``; four fifths of the machine's memory if not given.
             workers: search threads; the machine's cores if not given.
             full: explore the whole state space, without reductions; not if not given.
+            as_written: only the reductions that the script itself asks for; not if not given.
+            termination: what a process that has terminated is to ``deadlock free``: a ``success``, which it is if
+                not given, or a ``deadlock``.
 
         Returns:
             One Result, or one for each assertion. Where a limit is reached, its verdict is ``unknown``. An error met
@@ -186,10 +196,16 @@ class Script:
             _positive("max_memory", parse_size(max_memory) if isinstance(max_memory, str) else max_memory)
             or given.memory_bytes,
         )
+        own = self._settings
         checker = self._checker(
-            limits,
-            _positive("workers", workers) or self._settings.workers,
-            bool(self._settings.full if full is None else full),
+            replace(
+                own,
+                limits=limits,
+                workers=_positive("workers", workers) or own.workers,
+                full=own.full if full is None else full,
+                as_written=own.as_written if as_written is None else as_written,
+                termination=own.termination if termination is None else termination,
+            )
         )
         if assertion is not None:
             return checking.check(checker, self._script.assertion(assertion))
@@ -236,6 +252,7 @@ class Script:
             overrides=settings.definitions,
             typecheck=settings.typecheck,
             semantics=notation.Semantics(settings.view, settings.outputs),
+            include_roots=settings.include_roots,
         )
         return Script(loaded, settings)
 
@@ -266,13 +283,13 @@ class Script:
         """
         return Process(self, text, self._script.process(text))
 
-    def _checker(self, limits: Limits, workers: int | None, full: bool) -> checking.GuardedChecker:
+    def _checker(self, settings: checking.Settings) -> checking.GuardedChecker:
         """The checker for these settings; one keeps its machines for all assertions."""
-        key = (limits, workers, full)
-        if key not in self._checkers:
-            settings = checking.Settings(limits=limits, workers=workers, full=full)
-            self._checkers[key] = checking.checker_for(self._script, settings, checking.NoWatch())
-        return self._checkers[key]
+        known = next((checker for used, checker in self._checkers if used == settings), None)
+        if known is None:
+            known = checking.checker_for(self._script, settings, checking.NoWatch())
+            self._checkers.append((settings, known))
+        return known
 
 
 class Process:
@@ -331,7 +348,8 @@ class Process:
             ScriptError: the process cannot be evaluated.
             ValueError: *max_states* is not above zero.
         """
-        checker = self._owner._checker(checking.limits(_positive("max_states", max_states)), None, True)
+        limits = checking.limits(_positive("max_states", max_states))
+        checker = self._owner._checker(replace(self._owner._settings, limits=limits, workers=None, full=True))
         return Machine(checker.lts(self._term), self._owner._script.events)
 
 

@@ -1,4 +1,4 @@
-"""Scripts with classes as plain CSPm: the language writes them, the checker finds which states the classes have."""
+"""Scripts as plain CSPm: the language writes them, the checker finds which states the classes have."""
 
 from __future__ import annotations
 
@@ -20,16 +20,12 @@ MOST_STATES = 200_000
 
 
 def plain_text(script: Script) -> Exported:
-    """The script with its classes written out; a script without classes as it is.
+    """The script with its classes written out, and without what is ours alone.
 
     Raises:
         ScriptError: a class has too many states, leaves its finite readings, or cannot be evaluated.
     """
-    from cspcheck.cspm.oz.writing.exporting import Exported, plain
-    from cspcheck.cspm.printing.printer import print_script
-
-    if script.classes is None:
-        return Exported(print_script(script.tree))
+    from cspcheck.cspm.oz.writing.exporting import plain
 
     def visit(process: Process) -> str | None:
         try:

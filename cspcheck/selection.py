@@ -103,6 +103,27 @@ def _includes(script: str) -> Iterator[str]:
         yield os.path.realpath(os.path.join(os.path.dirname(script), os.fsdecode(match[1])))
 
 
+def included_files(script: str) -> list[str]:
+    """All files that a script includes, and those that they include, as far as they are below its folder.
+
+    Paths count from the folder of the script, as they do where it is read. It need not be a good script.
+    """
+    root = os.path.dirname(script)
+    found: dict[str, None] = {}
+    pending = [script]
+    while pending:
+        try:
+            content = Path(pending.pop()).read_bytes()
+        except OSError:
+            continue
+        for match in _INCLUDE.finditer(content):
+            path = os.path.join(root, os.fsdecode(match[1]))
+            if path not in found:
+                found[path] = None
+                pending.append(path)
+    return list(found)
+
+
 @dataclass(frozen=True, slots=True)
 class Pattern:
     """A pattern for the text of assertions.

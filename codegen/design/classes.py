@@ -88,7 +88,7 @@ class Classes:
 
     def find(self, text: str) -> core.ClassModel | None:
         """The class whose process is called so, with its methods visible or not."""
-        return self.specification.classes.get(text.removesuffix("::visible"))
+        return self.context.class_of(text)
 
     def _abbreviations(self) -> Iterator[tuple[object, str]]:
         """The names of sets, by their shape."""

@@ -229,7 +229,8 @@ class Composition:
             case Reference():
                 body = term.body()
                 composed = isinstance(body, _COMPOSED) or (isinstance(body, Prioritised) and self._may_rank(outer))
-                whole = composed and not term.text.endswith("::visible")
+                # Behind the name of its class stands the class as a whole, one component of the program.
+                whole = composed and not ("::" in term.text and self._classes(term.text) is not None)
                 return self.part(body, outer) if whole else self._leaf(term)
             case Prioritised() if self._may_rank(outer):
                 self._levels = term.levels

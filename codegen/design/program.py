@@ -322,7 +322,9 @@ class _Designer:
         """The definition that a leaf runs, with its arguments."""
         reference: Reference = leaf.reference
         key: Any = reference.key
-        name = reference.text.partition("(")[0].removesuffix("::visible")
+        name = reference.text.partition("(")[0]
+        owner = None if self.classes is None else self.classes.find(name)
+        name = name if owner is None else owner.name
         symbol = self.script.names.top_level.get(name)
         if (
             symbol is None

@@ -136,7 +136,7 @@ class _Builder:
         context = None if script.classes is None else context_of(script)
 
         def channels_of(text: str) -> list[str] | None:
-            model = None if context is None else context.specification.classes.get(text.removesuffix("::visible"))
+            model = None if context is None else context.class_of(text)
             if model is None:
                 return None
             return [c.name if c.kind == "chan" else f"{model.name}::{c.name}" for c in model.channels.values()]
@@ -154,7 +154,9 @@ class _Builder:
         tasks: list[SystemTask] = []
         known: dict[tuple[object, ...], int] = {}
         for number, leaf in enumerate(found.leaves):
-            definition = leaf.reference.text.partition("(")[0].removesuffix("::visible")
+            definition = leaf.reference.text.partition("(")[0]
+            owner = None if context is None else context.class_of(definition)
+            definition = definition if owner is None else owner.name
             made = machine([leaf.reference], self.semantics, script.events)
             symbol = script.names.top_level.get(definition)
             of_class = symbol is not None and channels_of(definition) is not None

@@ -26,7 +26,7 @@ from cspcheck.codegen.emit.project import RUNTIME, Project
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
 
 LIST = ".cspcheck-gen.json"
-FOLDERS = (RUNTIME, "posix")
+FOLDERS = (RUNTIME, "posix", "desk")
 """The folders in a program: of what it runs on."""
 _PLAIN = re.compile(rf"(?:(?:{'|'.join(FOLDERS)})/)?\w[\w.-]*")
 """The names that a generation gives: a file of the folder, or of those in it."""

@@ -18,6 +18,7 @@ VERBS = {
     "check": "Check the assertions of scripts (the default).",
     "sweep": "Check scripts for several values of their constants.",
     "mutate": "Say which changes of a script no assertion notices.",
+    "refines": "Check as FDR4's command line does, for what calls it.",
     "typecheck": "Read scripts and check their names and types.",
     "prove": "Prove the obligations of classes, or compute a precondition.",
     "fmt": "Print scripts in the standard layout, or rewrite them.",
@@ -26,7 +27,7 @@ VERBS = {
     "repl": "Evaluate and check at a prompt.",
     "explore": "Explore a script in the browser.",
     "graph": "Draw a machine, an architecture or a counterexample.",
-    "cspm": "Write a script with classes as plain CSPm, for FDR.",
+    "cspm": "Write a script as plain CSPm, for FDR.",
     "gen": "Generate a program of tasks and channels.",
     "trace": "Say whether a recorded run is a trace of a process.",
     "monitor": "Generate a monitor that holds running code against a process.",
@@ -34,6 +35,7 @@ VERBS = {
     "examples": "List, print or copy the examples that come with cspcheck.",
     "schema": "Print the JSON Schema of an output for programs.",
     "lsp": "Serve an editor: diagnostics, navigation, checks (LSP).",
+    "man": "Show the manual of the command or of a verb.",
     "completion": "Print the completion script for a shell.",
 }
 """The verbs with what ``--help`` says of them, so that it need not import them."""

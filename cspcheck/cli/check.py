@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+<<<<<<< HEAD
 from collections.abc import Mapping
+=======
+from collections.abc import Sequence
+>>>>>>> main
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -21,6 +25,10 @@ from cspcheck.cli.options import (
     settings,
 )
 
+if TYPE_CHECKING:
+    from cspcheck.result import Exit
+    from cspcheck.selection import EmptyFolder, Target
+
 
 @click.command(cls=ConfiguredCommand, short_help="Check the assertions of scripts (the default).")
 @files_argument
@@ -29,7 +37,11 @@ from cspcheck.cli.options import (
 @script_options
 @limit_options
 @click.option("--coverage", is_flag=True, help="Say what never happens in a check that passes.")
+<<<<<<< HEAD
 @click.option("--cluster", is_flag=True, help="Search with all processes that `mpiexec` has started (needs MPI).")
+=======
+@click.option("--watch", is_flag=True, help="Check again what changes, until Ctrl-C.")
+>>>>>>> main
 @manner_options
 def command(**options: Any) -> None:
     """Check every assertion of every script.
@@ -37,6 +49,7 @@ def command(**options: Any) -> None:
     FILE is a CSPm script, a folder (the scripts below it), FILE:LINE (the assertion on that line), or `-` for
     standard input.
     """
+<<<<<<< HEAD
     if not options["cluster"]:
         finish(_checked(options))
         return
@@ -53,11 +66,21 @@ def command(**options: Any) -> None:
 
 def _checked(options: Mapping[str, Any]) -> int:
     """Check, and report; the exit code."""
+=======
+    from cspcheck.selection import targets
+
+    if not options["watch"]:
+        finish(_check(options, targets(options["files"])))
+    finish(_watch(options))
+
+
+def _check(options: dict[str, Any], goals: Sequence[Target | EmptyFolder]) -> Exit:
+>>>>>>> main
     from cspcheck.cli.session import Session
     from cspcheck.cli.streams import output_to
     from cspcheck.report import report
     from cspcheck.report.style import style_for
-    from cspcheck.selection import Pattern, targets
+    from cspcheck.selection import Pattern
 
     verbosity = options["verbose"] - options["quiet"]
     with output_to(options["output"]) as output:
@@ -72,4 +95,29 @@ def _checked(options: Mapping[str, Any]) -> int:
             color=options["color"],
             verbosity=verbosity,
         )
+<<<<<<< HEAD
         return session.check(targets(options["files"]))
+=======
+        return session.check(goals)
+
+
+def _watch(options: dict[str, Any]) -> Exit:
+    """Check, and check again. A document or a file is written for all scripts, lines for those that have changed."""
+    from cspcheck.cli.streams import Remarks
+    from cspcheck.cli.watching import watch
+    from cspcheck.selection import STDIN, targets
+
+    if STDIN in options["files"]:
+        raise click.UsageError("standard input cannot be watched: name a file")
+    whole = options["output"] is not None or options["form"] not in ("full", "concise", "jsonl")
+    remarks = Remarks()
+
+    def check(changed: Sequence[Target | EmptyFolder]) -> Exit:
+        return _check(options, targets(options["files"]) if whole else changed)
+
+    def notify(line: str) -> None:
+        if not options["quiet"]:
+            remarks.write(f"{line}\n")
+
+    return watch(lambda: targets(options["files"]), check, notify)
+>>>>>>> main

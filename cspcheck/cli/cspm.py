@@ -1,4 +1,4 @@
-"""``cspcheck cspm FILE``: a script with classes as plain CSPm."""
+"""``cspcheck cspm FILE``: a script as plain CSPm."""
 
 from __future__ import annotations
 
@@ -10,17 +10,19 @@ from cspcheck.cli import finish
 from cspcheck.cli.options import class_options, output_option, script_options
 
 
-@click.command(short_help="Write a script with classes as plain CSPm, for FDR.")
+@click.command(short_help="Write a script as plain CSPm, for FDR.")
 @click.argument("file", metavar="FILE", type=click.Path(allow_dash=True))
 @output_option
 @script_options
 @class_options
 @click.option("--color", type=click.Choice(["auto", "always", "never"]), default="auto", help="Colour of errors.")
 def command(**options: Any) -> None:
-    """Write a script with classes as plain CSPm: every state of a class becomes a process.
+    """Write a script as plain CSPm, in one file: the data of a class becomes a process with its state variables for
+    parameters.
 
     What the assertions use is written, with the same verdicts, and the same states up to strong bisimulation.
     Assertions about the data of classes (`C :[obligations]`, `A [OZ= C via R`) are left out with a warning.
+    Assertions about values (`assert 1 == 1`), which FDR does not read, become assertions about processes.
     """
     from cspcheck.checking import Settings, load
     from cspcheck.cli.streams import Remarks, output_to

@@ -16,10 +16,10 @@ from cspcheck.cli.options import script_options
 @click.option("--process", metavar="NAME", help="The process to generate, if the script leaves a choice.")
 @click.option(
     "--target",
-    type=click.Choice(["python", "freertos"]),
+    type=click.Choice(["python", "freertos", "ada"]),
     default="python",
     show_default=True,
-    help="A Python package, or C for FreeRTOS.",
+    help="A Python package, C for FreeRTOS, or Ada under the Ravenscar profile.",
 )
 @click.option(
     "--internal-choice",
@@ -32,11 +32,11 @@ from cspcheck.cli.options import script_options
 @script_options
 @click.option("--color", type=click.Choice(["auto", "always", "never"]), default="auto", help="Colour of messages.")
 def command(**options: Any) -> None:
-    """Generate a program of tasks and channels, in Python or in C, that runs as it is.
+    """Generate a program of tasks and channels, in Python, C or Ada, that runs as it is.
 
     FILE is a script; what is composed in parallel in it becomes tasks. Generated files are written anew each time; the
-    files that end in `_methods.py`, or `methods.c`, are yours and are written once. Exit code 1 says that one of these
-    does not fit the specification any more.
+    files that end in `_methods.py`, `methods.c` or `methods.adb` are yours and are written once. Exit code 1 says that
+    one of these does not fit the specification any more.
     """
     from cspcheck.checker.semantics.transitions import Semantics
     from cspcheck.checking import Settings, load
@@ -44,7 +44,7 @@ def command(**options: Any) -> None:
     from cspcheck.codegen.design.candidates import candidates
     from cspcheck.codegen.design.program import design
     from cspcheck.codegen.design.system import system
-    from cspcheck.codegen.emit import freertos
+    from cspcheck.codegen.emit import ada, freertos
     from cspcheck.codegen.emit.keeping import orphans, write
     from cspcheck.codegen.emit.project import project
     from cspcheck.codegen.messages import no_process
@@ -67,6 +67,9 @@ def command(**options: Any) -> None:
             (name,) = found
         if options["target"] == "freertos":
             texts = freertos.project(system(script, name, Semantics(), options["internal_choice"]), options["output"])
+        elif options["target"] == "ada":
+            made = system(script, name, Semantics(), options["internal_choice"])
+            texts = ada.project(made, options["output"], script)
         else:
             texts = project(design(script, name, options["internal_choice"], Semantics()), options["output"])
         try:
@@ -85,6 +88,6 @@ def command(**options: Any) -> None:
     for left in orphans(texts, options["output"]):
         say(f"yours, and no task uses it any more: {left}\n")
     folder = options["output"].rstrip("/")
-    how = f"make -C {folder} host" if options["target"] == "freertos" else f"python {folder}/main.py"
+    how = f"make -C {folder} host" if options["target"] != "python" else f"python {folder}/main.py"
     say(f"run it with: {how}\n")
     finish(Exit.FAILED if result.warnings else Exit.OK)

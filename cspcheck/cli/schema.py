@@ -20,7 +20,7 @@ def _names(ctx: click.Context, parameter: click.Parameter, incomplete: str) -> l
 def command(name: str | None) -> None:
     """Print the JSON Schema of an output for programs; without NAME list them.
 
-    NAME is check, lines, sweep, prove, mutate, trace or record.
+    NAME is check, lines, sweep, prove, mutate, refines, trace or record.
     """
     from cspcheck.report.schemas import SCHEMAS, schema
 

@@ -175,6 +175,63 @@ PRECONDITION: Final = _object(
     {"class": TEXT, "operation": TEXT, "guard": MAYBE_TEXTS, "precondition": TEXTS, "exact": FLAG}
 )
 
+NUMBERS: Final = _list(NUMBER)
+_BEHAVIOUR: Final[Schema] = {"machine_name": TEXT, "trace": NUMBERS, "error_event": NUMBER}
+BEHAVIOUR: Final = _object(
+    {
+        **_BEHAVIOUR,
+        "type": _one_of("trace", "min_acceptance", "loop"),
+        "min_acceptance": NUMBERS,
+        "loop_index": NUMBER,
+        "child_behaviours": _list(_object({"machine_name": TEXT, "type": {"const": "trace"}, "trace": NUMBERS})),
+    },
+    optional=("error_event", "min_acceptance", "loop_index", "child_behaviours"),
+)
+SPECIFICATION_BEHAVIOUR: Final = _object(
+    {
+        **_BEHAVIOUR,
+        "type": _one_of("trace", "min_acceptance"),
+        "allowed_events": _list(NUMBERS),
+        "acceptances": _list(NUMBERS),
+        "states": TEXTS,
+    },
+    optional=("allowed_events", "acceptances", "states"),
+)
+_BIT: Final[Schema] = {"enum": [0, 1]}
+REFINES: Final = _object(
+    {
+        "copyright_notice": TEXT,
+        "results": _list(
+            _object(
+                {
+                    "assertion_string": TEXT,
+                    "errors": TEXTS,
+                    "is_negated": _BIT,
+                    "result": _BIT,
+                    "visited_states": NUMBER,
+                    "visited_transitions": NUMBER,
+                    "visited_plys": {"type": "null"},
+                    "counterexamples": _list(
+                        _object(
+                            {
+                                "type": _one_of("trace", "min_acceptance", "deadlock", "divergence", "determinism"),
+                                "implementation_behaviour": BEHAVIOUR,
+                                "specification_behaviour": SPECIFICATION_BEHAVIOUR,
+                            },
+                            optional=("specification_behaviour",),
+                        )
+                    ),
+                }
+            )
+        ),
+        "print_statement_results": TEXTS,
+        "file_name": TEXT,
+        "event_map": TEXTS_BY_NAME,
+        "warnings": TEXTS,
+        "errors": TEXTS,
+    }
+)
+
 SCHEMAS: Final[dict[str, tuple[str, Schema]]] = {
     "check": ("`cspcheck check --format json`, and `typecheck`", _document(RESULT, DIAGNOSTIC)),
     "lines": (
@@ -238,6 +295,7 @@ SCHEMAS: Final[dict[str, tuple[str, Schema]]] = {
             }
         ),
     ),
+    "refines": ("`cspcheck refines --format json`, a document for each file, as FDR4 writes them", REFINES),
     "record": (
         "a line of a recorded run, as generated programs write it",
         _object(

@@ -315,3 +315,26 @@ def test_what_cannot_be_generated_is_refused(name: str) -> None:
     script = cspcheck.loads(REFUSED[name] + "channel a\nP = a -> P\nSYSTEM = C ||| P\n")
     with pytest.raises(cspcheck.ScriptError, match="CSP805"):
         project(design(script._script, "SYSTEM"), "program")
+
+
+@pytest.mark.parametrize("name", ["visible", "main"])
+def test_a_method_may_have_the_name_of_a_part_of_its_class(name: str, tmp_path: Path) -> None:
+    text = f"""class C
+  chan out : [v! : 0..3]
+  method {name}
+  state n : 0..3
+  init n = 0
+  op {name} Delta(n) where n' = (n + 1) mod 4
+  op out v! : 0..3 where v! = n
+end
+class D
+  chan out : [v? : 0..3]
+  op out v? : 0..3
+end
+SYSTEM = C || D
+"""
+    script = cspcheck.loads(text)
+
+    generate(script, "SYSTEM", tmp_path)
+
+    assert followed(script, "SYSTEM", tmp_path, 100, 1) == (100, False)

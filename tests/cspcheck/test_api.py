@@ -6,11 +6,14 @@ import subprocess
 import sys
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import cspcheck
-from cspcheck import Verdict
+from cspcheck import Verdict, checking
+from cspcheck.api import load_with
+from cspcheck.checking import Settings
 
 SCRIPT = """\
 channel left, mid, right : {0..1}
@@ -141,6 +144,37 @@ class TestChecking:
             script.check("Pair [T=")
         with pytest.raises(cspcheck.ScriptError, match="`Nobody` is not defined"):
             script.check("Nobody :[deadlock free]")
+
+    def test_termination_is_what_is_asked_for(self) -> None:
+        script = cspcheck.loads("assert SKIP :[deadlock free]\n")
+
+        found = [script.check(termination=how)[0].verdict for how in ("deadlock", "success", None)]
+        assert found == ["fail", "pass", "pass"]
+
+    def test_the_settings_of_a_script_hold_where_nothing_is_said(self, tmp_path: Path) -> None:
+        """Those of the project reach a script that a test loads, whatever limits the test gives."""
+        (tmp_path / "x.csp").write_text("assert SKIP :[deadlock free]\n")
+        script = load_with(str(tmp_path / "x.csp"), Settings(termination="deadlock"), {})
+
+        assert [result.verdict for result in script.check(timeout=60)] == ["fail"]
+        assert [result.verdict for result in script.check(termination="success")] == ["pass"]
+
+    def test_reductions_are_those_that_are_asked_for(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        used: list[Settings] = []
+        real = checking.checker_for
+
+        def noted(script: Any, settings: Settings, watch: Any) -> Any:
+            used.append(settings)
+            return real(script, settings, watch)
+
+        monkeypatch.setattr(checking, "checker_for", noted)
+        script = cspcheck.loads("assert SKIP :[divergence free]\n")
+        for how in ({}, {"as_written": True}, {"full": True}, {}):
+            assert all(script.check(**how))
+
+        assert [(settings.full, settings.as_written) for settings in used] == [
+            (False, False), (False, True), (True, False),
+        ]  # fmt: skip
 
     def test_an_error_met_while_checking_is_the_verdict_error(self) -> None:
         (result,) = cspcheck.loads("channel a : {0..1}\nP = a.7 -> STOP\nassert P :[deadlock free]\n").check()
@@ -281,6 +315,26 @@ class TestNotebook:
             ({"N": "2"}, "pass", 3),
             ({"N": "3"}, "pass", 4),
         ]
+
+    def test_a_sweep_reads_classes_as_the_script_was_read(self) -> None:
+        text = """\
+N = 1
+class C
+  chan up
+  main = up -> main
+  state
+    n : 0..1
+  init
+    n = 0
+  op enable_up
+  where
+    n < N - 1
+end
+assert C :[deadlock free]
+"""
+        wide = cspcheck.loads(text, view="control").sweep(N=[1])
+        assert [(result.verdict, result.control) for _, result in wide] == [("pass", True)]
+        assert [result.verdict for _, result in cspcheck.loads(text).sweep(N=[1])] == ["fail"]
 
     def test_prove(self) -> None:
         text = "class C\nchan tick\nmain = tick -> main\nstate\nn : nat\ninit\nn = 0\nend\n"

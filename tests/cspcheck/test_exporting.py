@@ -150,8 +150,8 @@ def test_the_script_says_where_it_comes_from() -> None:
     head, *rest = plain.splitlines()
     assert head == "-- classes.csp as plain CSPm, written by `cspcheck cspm`."
     assert rest[0] == "-- Finite readings: nat = 0..9."
-    assert "-- Counter(n = 2)" in rest
-    assert "Counter_2 = (inc -> Counter_3) [] (dec -> Counter_1) [] (get.2 -> Counter_2)" in rest
+    assert "Counter_data(n) =" in rest
+    assert "  (n < 3 and 0 <= n + 1 and n + 1 <= 9 & inc -> Counter_data(n + 1))" in rest
 
 
 def test_a_class_that_leaves_its_readings_is_not_written() -> None:
@@ -228,7 +228,7 @@ def test_nothing_is_written_that_other_tools_do_not_read() -> None:
     text = COUNTERS + "assert not 1 == 2\nassert <-1..1> == <(-1), 0, 1>\n"
     _, plain, written_text = written(text)
 
-    assert "<-" not in written_text
+    assert "<-1" not in written_text
     assert "assert if <" not in written_text
     assert [Checker(plain).check(a.node).verdict.value for a in plain.assertions[-2:]] == ["pass", "pass"]
     assert not [a for a in plain.assertions if "==" in a.text and ":[divergence free]" not in a.text]
@@ -254,3 +254,25 @@ assert P || Q :[deadlock free]
     classes, plain, _ = written(text)
     for one, other in zip(classes.assertions, plain.assertions, strict=True):
         assert Checker(classes).check(one.node).verdict is Checker(plain).check(other.node).verdict, one.text
+
+
+def test_a_script_without_classes_is_written_in_one_file_and_without_what_is_ours_alone(tmp_path: Path) -> None:
+    (tmp_path / "types.csp").write_text("datatype Id = A | B\nassert card(Id) == 2\n")
+    (tmp_path / "main.csp").write_text(
+        'include "types.csp"\n'
+        "transparent normalise, normal\nchannel tock\nchannel c : Id\nP = normalise(c?x -> P)\n"
+        "Timed {\n  Q = c.A -> Q\n  assert Q :[divergence free]\n}\n"
+        "assert P [T= P :[symmetry reduce]: Id\nassert not <-1..1> == <0>\n"
+    )
+
+    text = plain_text(load(tmp_path / "main.csp")).text
+
+    plain = load(Source("plain.csp", text))
+    assert [Checker(plain).check(a.node).verdict.value for a in plain.assertions] == ["pass"] * 4
+    lines = text.splitlines()
+    assert "include" not in text
+    assert "transparent normal" in lines
+    assert "P = normal(c?x -> P)" in lines
+    assert "assert P [T= P" in lines
+    assert "assert (if card(Id) == 2 then STOP else DIV) :[divergence free]" in lines
+    assert text.count("assert Q") == 1

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
+import tarfile
 import zipfile
+from email import message_from_string
 from pathlib import Path
 
 import pytest
@@ -16,16 +19,22 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture(scope="module")
-def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder that holds what the wheel installs."""
-    folder = tmp_path_factory.mktemp("wheel")
+def release(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the sdist and the wheel that is built from it."""
+    folder = tmp_path_factory.mktemp("release")
     subprocess.run(
         [sys.executable, "-m", "build", "--no-isolation", "--outdir", str(folder), str(ROOT)],
         check=True,
         capture_output=True,
     )
-    (wheel,) = folder.glob("cspcheck-*.whl")
-    target = folder / "site"
+    return folder
+
+
+@pytest.fixture(scope="module")
+def installed(release: Path) -> Path:
+    """A folder that holds what the wheel installs."""
+    (wheel,) = release.glob("cspcheck-*.whl")
+    target = release / "site"
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(target)
     return target
@@ -85,3 +94,36 @@ def test_the_wheel_has_the_parse_table_of_its_grammar(installed: Path, tmp_path:
     )
 
     assert done.stdout == "False True\n"
+
+
+def test_the_description_of_a_release_leads_nowhere_wrong(installed: Path) -> None:
+    """There, a link to another file of the repository would be dead."""
+    (file,) = installed.glob("cspcheck-*.dist-info/METADATA")
+    metadata = message_from_string(file.read_text(encoding="utf-8"))
+    text = str(metadata.get_payload())
+
+    assert metadata["Description-Content-Type"] == "text/markdown"
+    assert metadata["License-Expression"] == "BSD-3-Clause"
+    assert text.startswith("# cspcheck\n")
+    assert "docs/command-line.md for every option" in text
+    assert [link for link in re.findall(r"\]\(([^)]*)\)", text) if not link.startswith("https://")] == []
+
+
+def test_the_sdist_has_what_its_tests_and_pages_need(release: Path) -> None:
+    (archive,) = release.glob("cspcheck-*.tar.gz")
+    with tarfile.open(archive) as names:
+        inside = {name.partition("/")[2] for name in names.getnames()}
+
+    assert {"README.md", "CHANGELOG.md", "CONTRIBUTING.md", "LICENSE", "docs/tutorial.md", "tests/README.md"} <= inside
+    assert "editors/vscode/package.json" in inside
+
+
+def test_twine_finds_nothing_wrong(release: Path) -> None:
+    pytest.importorskip("twine", reason="twine is not installed: the release is not checked with it")
+    files = [str(path) for path in release.glob("cspcheck-*") if path.is_file()]
+    done = subprocess.run(
+        [sys.executable, "-m", "twine", "check", "--strict", *files], capture_output=True, encoding="utf-8", check=False
+    )
+
+    assert len(files) == 2
+    assert done.returncode == 0, done.stdout + done.stderr

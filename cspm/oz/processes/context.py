@@ -23,12 +23,14 @@ class ClassContext:
         control: whether the data is dropped.
         angelic: whether the environment chooses outputs.
         models: classes by name, instances of generic ones included.
+        visible: for each class the member that is its process with the methods visible.
     """
 
     specification: core.Specification
     control: bool = False
     angelic: bool = False
     models: dict[str, core.ClassModel] = field(default_factory=dict)
+    visible: dict[str, str] = field(default_factory=dict)
     parts: dict[str | None, DataPart] = field(default_factory=dict)
     """The data parts of the classes whose processes have been evaluated."""
     _evaluators: dict[str | None, Evaluator] = field(default_factory=dict)
@@ -44,6 +46,13 @@ class ClassContext:
                 found = Evaluator(self.specification, self.models[owner], outside.constants)
             self._evaluators[owner] = found
         return found
+
+    def class_of(self, text: str) -> core.ClassModel | None:
+        """The class whose process is called so, with its methods visible or not."""
+        name, _, member = text.partition("::")
+        if member and member != self.visible.get(name):
+            return None
+        return self.specification.classes.get(name)
 
     @property
     def has_left(self) -> bool:

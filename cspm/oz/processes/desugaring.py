@@ -8,8 +8,9 @@ free type                    ``datatype T = a | b.{...}``
 schema, abbreviation         the set of that name
 constant                     its value
 ``chan c``                   ``channel c``, once for all classes that share it
-``class C``                  a module whose members are the methods, the constants, ``main`` and ``visible``, the
-                             process with the methods visible; and the process ``C``, in which they are hidden
+``class C``                  a module whose members are the methods, the constants, the process equations and
+                             ``visible``, the process with the methods visible; and the process ``C``, in which they are
+                             hidden
 ============================ ======================================================================================
 
 The sets of fields are :class:`~cspcheck.cspm.oz.processes.nodes.CarrierSet`, evaluated with the finite readings when
@@ -18,7 +19,7 @@ they are needed.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -288,11 +289,20 @@ class _Desugaring:
             datatypes=self._datatypes([p.type for c in model.channels.values() for p in c.parameters], span),
         )
         hidden = [Name(span=span, parts=(c.name,)) for c in local]
-        exported.append(_value("visible", span, _hiding(visible, hidden, span)))
+        taken = {member for declaration in (*private, *exported) for member in _defined(declaration)}
+        member = self.context.visible[name] = _unused("visible", taken)
+        exported.append(_value(member, span, _hiding(visible, hidden, span)))
         module = ClassModule(span=span, name=name, parameters=(), private=tuple(private), exported=tuple(exported))
         members = [Name(span=span, parts=(name, c.name)) for c in methods]
-        process = _value(name, span, _hiding(Name(span=span, parts=(name, "visible")), members, span))
+        process = _value(name, span, _hiding(Name(span=span, parts=(name, member)), members, span))
         return [module, process]
+
+
+def _unused(name: str, taken: Container[str]) -> str:
+    """A name that a class leaves free: with as many primes as that takes."""
+    while name in taken:
+        name += "'"
+    return name
 
 
 def _is_generic(channel: core.Channel, model: core.ClassModel) -> bool:

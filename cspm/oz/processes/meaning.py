@@ -93,13 +93,13 @@ class DataPart:
         """The states that have been looked at, in that order."""
         self._alike: dict[Process, dict[State, None]] = {}
         """The states that have been looked at by what they can do."""
-        self._operations: list[_Operation] | None = None
+        self._operations: list[OperationPlan] | None = None
 
     @property
-    def operations(self) -> list[_Operation]:
+    def operations(self) -> list[OperationPlan]:
         """The operations, planned when a state is first looked at."""
         if self._operations is None:
-            self._operations = [_Operation(self, operation) for operation in self.model.operations.values()]
+            self._operations = [OperationPlan(self, operation) for operation in self.model.operations.values()]
         return self._operations
 
     # --- states --------------------------------------------------------------------------------------------------
@@ -284,8 +284,16 @@ Outcomes = dict[tuple[Any, ...], dict[tuple[Any, ...], dict[Process, None]]]
 """By the values of inputs and simple parameters, by those of all parameters: what may follow."""
 
 
-class _Operation:
-    """One operation with the plans by which its effects are found."""
+class OperationPlan:
+    """One operation with the plans by which its effects are found.
+
+    Attributes:
+        inputs, outputs: parameters that the environment chooses, simple ones included, and that the class chooses.
+        ends: the variables that may change, afterwards.
+        total: whether it is possible wherever its guard holds.
+        guards: the guard of a total operation.
+        predicates: what the outcomes satisfy; of an operation that is not total, its guard as well.
+    """
 
     def __init__(self, part: DataPart, operation: core.Operation) -> None:
         self.part = part
@@ -317,16 +325,18 @@ class _Operation:
         invariant = [term for term in invariant if any(role == "after" for _, role in free_variables(term))]
         carried = [p.carried for p in map(_Carried, self.parameters) if p.carried is not None]
         effect = [*map(settled, operation.effect), *carried]
-        ends = [Unknown(v.name, "after", afterwards(v.carrier), v.span) for v in self.changed]
-        outputs = [p.unknown for p in self.parameters if p.kind == "output"]
-        inputs = [p.unknown for p in self.parameters if p.kind != "output"]
+        ends = self.ends = [Unknown(v.name, "after", afterwards(v.carrier), v.span) for v in self.changed]
+        outputs = self.outputs = [p.unknown for p in self.parameters if p.kind == "output"]
+        inputs = self.inputs = [p.unknown for p in self.parameters if p.kind != "output"]
         self.guard: Solver | None = None
+        self.guards: list[Term] = []
         if self.total:
-            guard = [*operation.guard, *[t for t in carried if _about(t, inputs)]]
-            self.guard = solver(evaluator, scope, inputs, guard)
+            self.guards = [*operation.guard, *[t for t in carried if _about(t, inputs)]]
+            self.guard = solver(evaluator, scope, inputs, self.guards)
             unknowns, predicates = [*outputs, *ends], [*effect, *invariant]
         else:
             unknowns, predicates = [*inputs, *outputs, *ends], [*operation.guard, *effect, *invariant]
+        self.predicates = predicates
         self.solver = solver(evaluator, scope, unknowns, predicates)
         for plan in (self.guard, self.solver):
             if plan is not None:

@@ -204,7 +204,7 @@ def name_taken(name: str, what: str, span: Span | None, other: Span | None) -> D
     "CSP686",
     "a class that leaves its finite readings cannot be written as plain CSPm",
     explanation="""
-`cspcheck cspm` writes the states of each class as processes. A state outside the finite readings has no such process,
+`cspcheck cspm` writes the data of each class as a process. A state outside the finite readings has no such process,
 and leaving it out would make a script that lacks behaviour which the class has. Give a larger reading, or a class whose
 predicates keep it inside.
 """,

@@ -74,7 +74,8 @@ class ClassProcess(Foreign):
 
 @dataclass(frozen=True, kw_only=True)
 class ClassModule(ModuleDeclaration):
-    """The members of a class: ``C::push`` is a method of C, ``C::visible`` its process with the methods visible.
+    """The members of a class: ``C::push`` is a method of C, ``C::visible`` its process with the methods visible
+    (``C::visible'`` where the class has a member ``visible`` of its own).
 
     The name of the class itself is that of its process; the module is found only behind it.
     """

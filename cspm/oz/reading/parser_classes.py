@@ -59,6 +59,8 @@ class Classes(Paragraphs):
         generics: tuple[s.NameDeclaration, ...] = ()
         if self.token.kind == "[":
             generics = self.names_in_brackets()
+        if self.token.kind == "NAME" and self.token.value == "inherit" and self.peek().kind == "NAME":
+            self.token.section = True  # the one section that may stand in the line of the name
         self.top = False
         parts = _Parts()
         while self.token.kind != "$END" and not (self.token.kind == "end" and self.at_block_end()):

@@ -372,7 +372,8 @@ class Typing:
         if qualified is not None:
             return qualified
         record = self._term(node.record, scope, place)
-        if node.field == "INIT" or node.field == "init":
+        own = isinstance(record.type, RecordType) and node.field in dict(record.type.fields)
+        if node.field in ("INIT", "init") and not own:
             if not isinstance(record.type, RecordType):
                 raise Wrong(messages.init_of_no_record(str(record.type), node.span))
             if self._records[record.type.name].initial is None:

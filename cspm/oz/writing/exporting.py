@@ -1,10 +1,10 @@
 """Scripts with classes as plain CSPm, for FDR and for whoever wants to see what a class means.
 
-The data part of a class becomes one named process for each of its states (Fischer and Wehrheim 1999): outputs are
-chosen before an event, after-states behind it. Which states there are is found by exploring the class. The process
-equations stay as they are written, beside the data on the events of both; types, channels and constants become what
-their finite readings say. Names of members are written with an underscore: ``Producer::make`` becomes
-``Producer_make``.
+The data part of a class becomes a process whose parameters are the state variables (Fischer and Wehrheim 1999): outputs
+are chosen before an event, after-states behind it. Where CSPm has no short form for a predicate, it becomes a process
+for each of its states, which are found by exploring the class. The process equations stay as they are written, beside
+the data on the events of both; types, channels and constants become what their finite readings say. Names of members
+are written with an underscore: ``Producer::make`` becomes ``Producer_make``.
 
 Where there are assertions of CSPm, what they use is written, and whatever else CSPm has; a class that none of them uses
 is left out. Assertions that only classes have are left out with a warning.
@@ -14,24 +14,34 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields, replace
+from itertools import count
 from typing import Any, TypeVar
 
+from cspcheck.cspm import prelude
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
 from cspcheck.cspm.evaluator.core import Evaluator
 from cspcheck.cspm.evaluator.frames import Frame
-from cspcheck.cspm.naming.symbols import Symbol
-from cspcheck.cspm.oz import syntax as oz
+from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
+from cspcheck.cspm.oz import core, syntax as oz
 from cspcheck.cspm.oz.processes import messages as messages
 from cspcheck.cspm.oz.processes.classes import context_of
+from cspcheck.cspm.oz.processes.context import ClassContext
+from cspcheck.cspm.oz.processes.desugaring import WIDE
 from cspcheck.cspm.oz.processes.evaluating import Composition, shared_channels
 from cspcheck.cspm.oz.processes.meaning import DataPart
 from cspcheck.cspm.oz.processes.nodes import CarrierSet, ClassModule, ClassProcess, ConstantValue
+from cspcheck.cspm.oz.values.conversion import Conversion
+from cspcheck.cspm.oz.writing.expressions import Expressions, Untranslatable
+from cspcheck.cspm.oz.writing.parametric import data_process
 from cspcheck.cspm.oz.writing.reached import Reach, flat
-from cspcheck.cspm.printing.printer import print_assertion, print_expression
+from cspcheck.cspm.parsing.lexer import KEYWORDS
+from cspcheck.cspm.parsing.reading import parse
+from cspcheck.cspm.printing.printer import print_assertion, print_expression, print_script
 from cspcheck.cspm.process import terms as process
 from cspcheck.cspm.process.events import EventSet
 from cspcheck.cspm.process.terms import Process, Reference
 from cspcheck.cspm.script import Assertion as ScriptAssertion, Script
+from cspcheck.cspm.source import Source
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.syntax.tree import Declaration, Expr, Name, Node
 from cspcheck.cspm.values.dots import Dotted
@@ -40,6 +50,7 @@ from cspcheck.cspm.values.sets import Set
 from cspcheck.cspm.values.values import Boolean, Map, Real, Sequence as Items
 
 N = TypeVar("N", bound=Node)
+_PRIME = "'"
 _OF_CLASSES = (oz.Obligations, oz.DataRefinement, oz.Subtype)
 """Assertions about the data of classes, of which CSPm knows nothing."""
 
@@ -74,14 +85,20 @@ class _Export:
         self.evaluator: Evaluator = script.evaluator
         self.frame: Frame = script.outermost
         self.reals: dict[Real, str] = {}
+        self.top = {name for name, symbol in self.names.top_level.items() if symbol.kind is not SymbolKind.BUILTIN}
+        self.made: dict[str, str] = {}
+        self.taken = {*self.top, *prelude.BUILTINS, *prelude.TIMED_BUILTINS, *KEYWORDS}
 
     def whole(self, title: str) -> Exported:
         """The script, with a comment at the top."""
         kept: list[ScriptAssertion] = []
         dropped: list[ScriptAssertion] = []
-        for assertion in self.script.assertions:
-            (dropped if isinstance(_claim(assertion.node), _OF_CLASSES) else kept).append(assertion)
         declarations = list(flat(self.script.tree.declarations))
+        own = {id(d.assertion) for d in declarations if isinstance(d, syntax.AssertDeclaration)}
+        for assertion in self.script.assertions:
+            if id(assertion.node) not in own:
+                continue  # stays in its Timed section
+            (dropped if isinstance(_claim(assertion.node), _OF_CLASSES) else kept).append(assertion)
         reach = Reach(declarations, self.names)
         wanted = reach.of(assertion.node for assertion in kept)
         chunks: list[str] = []
@@ -96,19 +113,23 @@ class _Export:
         assertions = [self._assertion(assertion) for assertion in kept]
         assertions += [f"-- only classes have this: assert {assertion.text}" for assertion in dropped]
         head = [f"-- {title} as plain CSPm, written by `cspcheck cspm`."]
-        context = context_of(self.script)
-        assert context is not None
-        used = context.used([None, *owners])
+        context = None if self.script.classes is None else self._context()
+        used = () if context is None else context.used([None, *owners])
         head += [f"-- Finite readings: {'; '.join(used)}."] if used else []
-        if context.control:
+        if context is not None and context.control:
             head.append("-- The control view: data dropped.")
         if left:
             head.append(f"-- Left out, since no assertion uses it: {', '.join(left)}.")
         if self.reals:
             values = " | ".join(self.reals.values())
-            chunks.insert(0, f"datatype Real_ = {values}")
+            chunks.insert(0, f"datatype {self._flat('Real_')} = {values}")
         text = "\n\n".join(["\n".join(head), *chunks, *assertions]) + "\n"
         return Exported(text, tuple([messages.assertion_left_out(a.text, a.node.span) for a in dropped]))
+
+    def _context(self) -> ClassContext:
+        found = context_of(self.script)
+        assert found is not None
+        return found
 
     # --- declarations --------------------------------------------------------------------------------------------
 
@@ -132,7 +153,7 @@ class _Export:
 
     def _assertion(self, assertion: Any) -> str:
         expected = "" if assertion.expected is None else f"-- expect: {assertion.expected}\n"
-        return f"{expected}assert {print_assertion(_of_processes(self._plain(assertion.node)))}"
+        return f"{expected}assert {print_assertion(self._plain(assertion.node))}"
 
     # --- trees ---------------------------------------------------------------------------------------------------
 
@@ -153,8 +174,15 @@ class _Export:
                 symbol = self.names.find(node)
                 clauses = tuple([self._plain(clause) for clause in node.clauses])
                 found = replace(node, name=self._called(symbol, node.name), clauses=clauses)
+            case syntax.BooleanAssertion():
+                found = self._plain(_of_process(node))
             case CarrierSet() | ConstantValue():
                 found = _parsed(self._literal(self._value(node)))
+            case syntax.ImportDeclaration():
+                current = [prelude.DEPRECATED_IMPORTS.get(name.name, name.name) for name in node.names]
+                names = [replace(name, name=new) for name, new in zip(node.names, current, strict=True)]
+                distinct = tuple([name for i, name in enumerate(names) if name.name not in current[:i]])
+                found = replace(node, names=distinct)
             case syntax.ClassParallel():
                 shared = [self._channel_name(symbol) for symbol in shared_channels(self.names, node)]
                 events = syntax.Productions(
@@ -179,14 +207,19 @@ class _Export:
         if isinstance(value, Node):
             return self._plain(value)
         if isinstance(value, tuple):
-            items = tuple([self._plain_value(item) for item in value])
-            return items if any(a is not b for a, b in zip(items, value, strict=True)) else value
+            # FDR knows no reduction by symmetry; the verdict does not depend on it.
+            kept = [v for v in value if not (isinstance(v, syntax.AssertOption) and v.kind == "symmetry reduce")]
+            items = tuple([self._plain_value(item) for item in kept])
+            same = len(items) == len(value) and all(a is b for a, b in zip(items, value, strict=True))
+            return value if same else items
         return value
 
     def _called(self, symbol: Symbol | None, text: str) -> str:
         """What a name is called outside of classes."""
         if symbol is None or symbol.is_local:
             return text
+        if symbol.kind is SymbolKind.BUILTIN:
+            return prelude.DEPRECATED_IMPORTS.get(text, text)
         path: list[str] = []
         owner = symbol.owner
         while owner is not None:
@@ -197,7 +230,17 @@ class _Export:
                 return text
             path.insert(0, declaration.name.partition("%")[0])
             owner = owner.owner
-        return "_".join([*path, symbol.name.strip("()")]) if path else text
+        return self._flat("::".join([*path, symbol.name])) if path else text
+
+    def _flat(self, path: str) -> str:
+        """What a member is called at the top of a script: with underscores, and unlike all that is there already."""
+        found = self.made.get(path)
+        if found is None:
+            found = path.replace("::", "_").replace("(", "").replace(")", "")
+            while found in self.top or found in self.made.values():
+                found = f"{found.rstrip(_PRIME)}_{_PRIME * found.count(_PRIME)}"
+            self.made[path] = found
+        return found
 
     def _channel_name(self, symbol: Symbol) -> str:
         return self._called(symbol, symbol.name)
@@ -215,7 +258,7 @@ class _Export:
             case int():
                 return str(value) if value >= 0 else f"({value})"
             case Real():
-                return self.reals.setdefault(value, _real_name(value))
+                return self.reals.setdefault(value, self._flat(_real_name(value)))
             case tuple():
                 return f"({', '.join(map(self._literal, value))})"
             case Items():
@@ -236,27 +279,29 @@ class _Export:
 
     def _event(self, number: int) -> str:
         head, values = self.evaluator.channels.event(number).parts
-        name = head.name.replace("::", "_").replace("(", "").replace(")", "")
-        return ".".join([name, *map(self._literal, values)])
+        return ".".join([self._channel(head.name), *map(self._literal, values)])
 
-    def _events(self, events: EventSet) -> str:
-        """A set of events: whole channels by their names where that is possible."""
+    def _channel(self, name: str) -> str:
+        return self._flat(name) if "::" in name else name
+
+    def _events(self, events: EventSet, *more: str) -> str:
+        """A set of events, and more that have names: whole channels by their names where that is possible."""
         found: list[str] = []
         rest = events
         for channel in self.script.events.channels:
             if channel.size:
                 whole = EventSet(((channel.base, channel.base + channel.size),))
                 if whole <= rest:
-                    found.append(channel.name.replace("::", "_").replace("(", "").replace(")", ""))
+                    found.append(self._channel(channel.name))
                     rest = rest - whole
-        found += [self._event(number) for number in rest]
+        found += [*[self._event(number) for number in rest], *more]
         return "{| " + ", ".join(found) + " |}" if found else "{}"
 
     # --- classes -------------------------------------------------------------------------------------------------
 
     def _class(self, module: ClassModule) -> Iterator[str]:
         name = module.name
-        visible = Name(span=module.span, parts=(name, "visible"))
+        visible = Name(span=module.span, parts=(name, self._context().visible[name]))
         node = _process_of(module)
         composition = Composition(self.evaluator, node, self.frame)
         for declaration in (*module.private, *module.exported):
@@ -267,13 +312,13 @@ class _Export:
                 case syntax.ModuleDeclaration():
                     for equation in declaration.exported:
                         yield self._printed(equation)
-                case syntax.PatternDefinition(pattern=syntax.NamePattern(parts=("visible",))):
+                case syntax.PatternDefinition(pattern=syntax.NamePattern(parts=parts)) if parts == visible.parts[1:]:
                     body = self._composed(name, visible, node, composition)
                     if isinstance(declaration.body, syntax.Hide):
                         hidden = self._plain(declaration.body.events)
                         body = [*body[:-1], f"({body[-1]}) \\ {print_expression(hidden)}"]
                     yield from body[:-1]
-                    yield f"{name}_visible = {body[-1]}"
+                    yield f"{self._flat(visible.text)} = {body[-1]}"
                 case _:
                     yield self._printed(declaration)
 
@@ -295,7 +340,7 @@ class _Export:
             control = f"({control} [| {self._events(foreign)} |] SKIP)"
         operations = list(node.model.operations)
         chunks: list[str] = []
-        done = f"{name}_done"
+        done = self._flat(f"{name}::{node.done.text}")
         if context.control:
             free = composition.events.all([o for o in operations if o not in known])
             if not control:
@@ -308,20 +353,66 @@ class _Export:
         elif not operations:
             return [control or "STOP"]
         else:
-            term = self.script.process(f"{name}::visible")
+            term = self.script.process(visible.text)
             left = self.explore(term)
             if left is not None:
                 raise ScriptError(messages.export_leaves(name, left, node.model.span))
-            chunks += self._data(name, context.parts[name])
-            data = f"{name}_data"
+            part = context.parts[name]
+            try:
+                before, data = self._with_parameters(name, part, node)
+            except Untranslatable:
+                before, data = self._data(name, part), self._flat(f"{name}::data")
+            chunks += before
             if not control:
                 return [*chunks, data]
             shared = composition.events.all([o for o in operations if o in known])
         if not composition.terminates:
             return [*chunks, f"{control} [| {self._events(shared)} |] {data}"]
-        both = self._events(shared)
-        both = f"union({both}, {{{done}}})" if shared else f"{{{done}}}"
+        both = self._events(shared, done)
         return [*chunks, f"(({control} ; {done} -> SKIP) [| {both} |] {data}) \\ {{{done}}}"]
+
+    def _with_parameters(self, name: str, part: DataPart, node: ClassProcess) -> tuple[list[str], str]:
+        """The data part as a process with parameters, and its start.
+
+        Raises:
+            Untranslatable: CSPm has no short form for it.
+        """
+        if self.top & prelude.BUILTINS:
+            raise Untranslatable("functions that the script calls otherwise")
+        context = self._context()
+        datatypes = {symbol.removesuffix(WIDE): symbol for symbol in self.names.top_level}
+
+        def heads(datatype: str) -> list[Any]:
+            symbol = self.names.top_level.get(datatypes.get(datatype, ""))
+            if symbol is None or not isinstance(symbol.declaration, syntax.DatatypeDeclaration):
+                raise Untranslatable(datatype)
+            constructors = symbol.declaration.constructors
+            return [self.frame.unit.head(self.names.symbol(constructor)) for constructor in constructors]
+
+        conversion = Conversion(context.specification, heads)
+
+        def literal(value: Any, type_: core.Type) -> str:
+            return self._literal(conversion.to_cspm(value, type_))
+
+        def channel(operation: str) -> str:
+            of = node.model.channels[operation]
+            symbol = self.names.symbol(next(c for c in node.channels if c.text == of.name))
+            return self._called(symbol, symbol.name)
+
+        def fresh(kind: str) -> str:
+            paths = (f"{name}::{kind}{number or ''}" for number in count())
+            return self._flat(next(path for path in paths if path not in self.made))
+
+        expressions = Expressions(context.evaluator(name), literal, self.taken, fresh)
+        done = self._flat(f"{name}::{node.done.text}") if part.done is not None else None
+        variables = part.variables
+
+        def values(state: Any) -> list[str]:
+            return [expressions.value(value, v.type) for value, v in zip(state, variables, strict=True)]
+
+        title = f"the data of {name}"
+        lines, start = data_process(self._flat(f"{name}::data"), part, channel, done, expressions, values)
+        return [print_script(parse(Source(title, line))).rstrip() for line in lines], start
 
     def _data(self, name: str, part: DataPart) -> list[str]:
         """A process for each state of the data that the class gets into, and the choice of the first."""
@@ -329,9 +420,10 @@ class _Export:
         lines: list[str] = []
         for state, number in numbers.items():
             lines.append(f"-- {part.text(state)}")
-            lines.append(f"{name}_{number} = {self._term(name, part.term(state), numbers)}")
+            called = self._flat(f"{name}::{number}")
+            lines.append(f"{called} = {self._term(name, part.term(state), numbers)}")
         first = self._choice(name, part.initial(), numbers)
-        return [f"{name}_data = {first}", "\n".join(lines)]
+        return [f"{self._flat(f'{name}::data')} = {first}", "\n".join(lines)]
 
     def _term(self, name: str, term: Process, numbers: dict[Any, int]) -> str:
         match term:
@@ -352,7 +444,7 @@ class _Export:
         if isinstance(term, Reference):
             key: Any = term.key
             # What the class never gets into, or what lies beyond its readings, is reached by no event that it performs.
-            return f"{name}_{numbers[key[1]]}" if key[1] in numbers else "STOP"
+            return self._flat(f"{name}::{numbers[key[1]]}") if key[1] in numbers else "STOP"
         if isinstance(term, process.InternalChoice):
             return "(" + " |~| ".join(self._choice(name, operand, numbers) for operand in term.operands) + ")"
         return self._term(name, term, numbers)
@@ -364,18 +456,12 @@ def _claim(node: syntax.Assertion) -> syntax.Assertion:
     return node
 
 
-def _of_processes(node: syntax.Assertion) -> syntax.Assertion:
-    """The assertion; a Boolean one, which FDR does not read, as one about a process that diverges where it is false."""
-    match node:
-        case syntax.NotAssertion():
-            return replace(node, inner=_of_processes(node.inner))
-        case syntax.BooleanAssertion():
-            span = node.span
-            then, otherwise = Name(span=span, parts=("STOP",)), Name(span=span, parts=("DIV",))
-            chosen = syntax.If(span=span, condition=node.condition, then=then, otherwise=otherwise)
-            whole = syntax.Paren(span=span, inner=chosen)
-            return syntax.Property(span=span, process=whole, kind="divergence free")
-    return node
+def _of_process(node: syntax.BooleanAssertion) -> syntax.Property:
+    """A Boolean assertion, which FDR does not read, as one about a process that diverges where it is false."""
+    span = node.span
+    then, otherwise = Name(span=span, parts=("STOP",)), Name(span=span, parts=("DIV",))
+    chosen = syntax.If(span=span, condition=node.condition, then=then, otherwise=otherwise)
+    return syntax.Property(span=span, process=syntax.Paren(span=span, inner=chosen), kind="divergence free")
 
 
 def _process_of(module: ClassModule) -> ClassProcess:
