@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-<<<<<<< HEAD
-from collections.abc import Mapping
-=======
 from collections.abc import Sequence
->>>>>>> main
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -37,11 +33,8 @@ if TYPE_CHECKING:
 @script_options
 @limit_options
 @click.option("--coverage", is_flag=True, help="Say what never happens in a check that passes.")
-<<<<<<< HEAD
 @click.option("--cluster", is_flag=True, help="Search with all processes that `mpiexec` has started (needs MPI).")
-=======
 @click.option("--watch", is_flag=True, help="Check again what changes, until Ctrl-C.")
->>>>>>> main
 @manner_options
 def command(**options: Any) -> None:
     """Check every assertion of every script.
@@ -49,33 +42,30 @@ def command(**options: Any) -> None:
     FILE is a CSPm script, a folder (the scripts below it), FILE:LINE (the assertion on that line), or `-` for
     standard input.
     """
-<<<<<<< HEAD
-    if not options["cluster"]:
-        finish(_checked(options))
-        return
-    from cspcheck.cli.cluster import together
-
-    if options["spill"] is not None:
-        raise click.UsageError("`--spill` is for one process, `--cluster` for several: say which")
-    code = 0
-    with together() as first:
-        if first:
-            code = _checked(options)
-    finish(code)
-
-
-def _checked(options: Mapping[str, Any]) -> int:
-    """Check, and report; the exit code."""
-=======
     from cspcheck.selection import targets
 
+    if options["cluster"]:
+        finish(_checked_together(options, targets(options["files"])))
     if not options["watch"]:
         finish(_check(options, targets(options["files"])))
     finish(_watch(options))
 
 
+def _checked_together(options: dict[str, Any], goals: Sequence[Target | EmptyFolder]) -> int:
+    """Check with all processes that were started; the exit code, which the first one has."""
+    from cspcheck.cli.cluster import together
+
+    for option in ("spill", "watch"):
+        if options[option]:
+            raise click.UsageError(f"`--{option}` is for one process, `--cluster` for several: say which")
+    code = 0
+    with together() as first:
+        if first:
+            code = int(_check(options, goals))
+    return code
+
+
 def _check(options: dict[str, Any], goals: Sequence[Target | EmptyFolder]) -> Exit:
->>>>>>> main
     from cspcheck.cli.session import Session
     from cspcheck.cli.streams import output_to
     from cspcheck.report import report
@@ -95,9 +85,6 @@ def _check(options: dict[str, Any], goals: Sequence[Target | EmptyFolder]) -> Ex
             color=options["color"],
             verbosity=verbosity,
         )
-<<<<<<< HEAD
-        return session.check(targets(options["files"]))
-=======
         return session.check(goals)
 
 
@@ -120,4 +107,3 @@ def _watch(options: dict[str, Any]) -> Exit:
             remarks.write(f"{line}\n")
 
     return watch(lambda: targets(options["files"]), check, notify)
->>>>>>> main
