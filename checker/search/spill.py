@@ -292,10 +292,11 @@ class SpillSearch(LevelSearch):
         self._clear()
         return left is None or self._goes_round(left, 0)
 
-    def on_or_behind_cycles(self, first: int, last: int) -> Visited | None:
+    def on_or_behind_cycles(self, first: int, last: int, *, whatever_it_takes: bool = False) -> Visited | None:
         """The rows of a level without those at which no tau arrives from the others, until they fit into memory.
 
-        None if they never do, and all that are left have taus that arrive: then some go round.
+        None if they never do, and all that are left have taus that arrive: then some go round. To show these
+        *whatever it takes*, they are loaded all the same.
         """
         assert self.store is not None
         store, kernels = self.store, self._kernels
@@ -310,6 +311,8 @@ class SpillSearch(LevelSearch):
             run.drop()
             run = following
             self.visited.clear(self.visited.bits)
+            if run.count == before and whatever_it_takes:
+                break
             if run.count == before:
                 run.drop()
                 return None
@@ -382,9 +385,9 @@ class _OnDisk:
     def cyclic(self, level: int) -> Int64Array:
         """The rows of a level that lie on cycles of taus."""
         search = self._search
-        left = search.on_or_behind_cycles(search.levels[level], search.levels[level + 1])
-        if left is None:
-            raise MemoryError
+        first, last = search.levels[level], search.levels[level + 1]
+        left = search.on_or_behind_cycles(first, last, whatever_it_takes=True)
+        assert left is not None
         return cyclic_rows(search.packed, search.pairs, left)
 
 
