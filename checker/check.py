@@ -225,12 +225,13 @@ class Checker:
             return self._answered(
                 budget, process, lambda context: has_trace(context, process, trace, semantics), len(trace)
             )
-        if model == "T":
-            reason = f"`{kind}` is not a property of traces: use [F] or [FD]"
-            return budget.outcome(Verdict.UNKNOWN, reason, 0, 0)
-        failures = _FAILURES[model]
+        failures: FailuresModel = "F" if model == "T" else _FAILURES[model]
         check = deadlock_free if kind == "deadlock free" else deterministic
-        return self._answered(budget, process, lambda context: check(context, process, failures))
+        outcome = self._answered(budget, process, lambda context: check(context, process, failures))
+        if model != "T":
+            return outcome
+        remark = f"`{kind}` is no property of traces, which say nothing of what is refused: checked in F"
+        return replace(outcome, remarks=(*outcome.remarks, remark))
 
     def lts(self, process: Process) -> Lts:
         """The explicit machine of a process, all its states in the order of discovery.

@@ -228,11 +228,14 @@ def defined_names(ctx: click.Context, parameter: click.Parameter, incomplete: st
         tree = parse(read(ctx.params["file"]))
     except (ScriptError, KeyError, TypeError):
         return []
-    names = [
-        declaration.pattern.text
-        for declaration in tree.declarations
-        if isinstance(declaration, syntax.PatternDefinition) and isinstance(declaration.pattern, syntax.NamePattern)
-    ]
+    names: list[str] = []
+    pending = list(reversed(tree.declarations))
+    while pending:
+        declaration = pending.pop()
+        if isinstance(declaration, syntax.IncludeDeclaration | syntax.TimedDeclaration):
+            pending += reversed(declaration.declarations)
+        elif isinstance(declaration, syntax.PatternDefinition) and isinstance(declaration.pattern, syntax.NamePattern):
+            names.append(declaration.pattern.text)
     return [name for name in dict.fromkeys(names) if name.startswith(incomplete)]
 
 
