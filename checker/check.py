@@ -17,6 +17,7 @@ from cspcheck.checker.checks.refinement import refines
 from cspcheck.checker.checks.store import KEPT_BYTES, Machines
 from cspcheck.checker.explain.replay import ReplayFailure
 from cspcheck.checker.lts import Lts
+from cspcheck.checker.search.beyond import Beyond
 from cspcheck.checker.search.checkpoint import Checkpoints
 from cspcheck.checker.search.exploration import Progress
 from cspcheck.checker.specification.normal_form import FailuresModel, Semantics
@@ -73,6 +74,7 @@ class Checker:
         progress: called a few times a second during a search.
         notify: called with a line to be shown when kernels have to be compiled first.
         checkpoints: where to write long searches down, and to go on from.
+        beyond: where searches go on that are too large for this process.
     """
 
     def __init__(
@@ -87,6 +89,7 @@ class Checker:
         progress: Callable[[Progress], None] | None = None,
         notify: Callable[[str], None] | None = None,
         checkpoints: Checkpoints | None = None,
+        beyond: Beyond | None = None,
     ) -> None:
         self._script = script
         self._limits = limits
@@ -102,6 +105,7 @@ class Checker:
             progress=progress,
             notify=notify,
             checkpoints=checkpoints,
+            beyond=beyond,
         )
 
     def check(self, assertion: Assertion) -> Outcome:
@@ -221,12 +225,13 @@ class Checker:
             return self._answered(
                 budget, process, lambda context: has_trace(context, process, trace, semantics), len(trace)
             )
-        if model == "T":
-            reason = f"`{kind}` is not a property of traces: use [F] or [FD]"
-            return budget.outcome(Verdict.UNKNOWN, reason, 0, 0)
-        failures = _FAILURES[model]
+        failures: FailuresModel = "F" if model == "T" else _FAILURES[model]
         check = deadlock_free if kind == "deadlock free" else deterministic
-        return self._answered(budget, process, lambda context: check(context, process, failures))
+        outcome = self._answered(budget, process, lambda context: check(context, process, failures))
+        if model != "T":
+            return outcome
+        remark = f"`{kind}` is no property of traces, which say nothing of what is refused: checked in F"
+        return replace(outcome, remarks=(*outcome.remarks, remark))
 
     def lts(self, process: Process) -> Lts:
         """The explicit machine of a process, all its states in the order of discovery.
@@ -252,7 +257,7 @@ class Checker:
 
         try:
             exploration = self._machines.exploration(process, "everything", Budget(self._limits), original=True)
-            return happened(exploration) if exploration.complete else None
+            return happened(exploration) if exploration.complete and not exploration.is_partial else None
         except (Incomplete, TooManySteps):
             return None
 

@@ -6,10 +6,11 @@ its state offers and, where it is cheap to find out, which events it can ever pe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 
 from cspcheck.checker.explain.running import Component, Running, Tree
 from cspcheck.checker.semantics.parallel import is_ready
+from cspcheck.checker.semantics.steps import Step
 from cspcheck.checker.semantics.transitions import MoreStates, Semantics, breadth_first
 from cspcheck.cspm.process.events import TAU, TICK, EventSet
 from cspcheck.cspm.process.terms import (
@@ -26,6 +27,8 @@ from cspcheck.cspm.recursion import deep_recursion
 
 LOOKED_AT = 500
 """States of a component that are looked at to find out what it can ever perform."""
+TRANSITIONS_LOOKED_AT = 20_000
+"""And transitions: what may hear anything has thousands of them in every state."""
 
 Offer = tuple[Component, int]
 """A component and an event that its state offers."""
@@ -62,6 +65,7 @@ class _Waiting:
         self._semantics = semantics
         self._sure = sure
         self._alphabets: dict[Process, frozenset[int] | None] = {}
+        self._looked_at = 0
         self.possible: set[Offer] = set()
         self.lacking: dict[Offer, set[Component]] = {}
 
@@ -187,10 +191,19 @@ class _Waiting:
         # Who could still do something else, and does not wait, does not end together with the others.
         return is_ready(row, clocks) if event == TICK else any(label == event for label, _ in row)
 
+    def _few(self, state: Process) -> Iterator[Step]:
+        """The transitions of a state, as long as not too many of a component have been looked at."""
+        row = self._semantics.transitions(state)
+        self._looked_at += len(row)
+        if self._looked_at > TRANSITIONS_LOOKED_AT:
+            raise MoreStates((state,))
+        return iter(row)
+
     def _is_able(self, state: Process, event: int) -> bool:
         if state not in self._alphabets:
             try:
-                machine = breadth_first(state, self._semantics.transitions, LOOKED_AT, None)
+                self._looked_at = 0
+                machine = breadth_first(state, self._few, LOOKED_AT, None)
                 self._alphabets[state] = frozenset(machine.alphabet())
             except MoreStates:
                 self._alphabets[state] = None

@@ -7,7 +7,7 @@ come to fire, or ceased to, in which a component takes part that has moved.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from itertools import product
 
@@ -24,6 +24,8 @@ Locals = tuple[int, ...]
 """The local state of each component."""
 LocalRow = dict[int, tuple[int, ...]]
 """By label: the local states that a component can be in afterwards, in the order of its rules."""
+Change = tuple[int, tuple[int, ...]]
+"""Tau rules that can fire no more, as bits, and tau rules that may have come to."""
 
 CHASES = ("chase", "chase_nocache")
 
@@ -61,8 +63,7 @@ class Chased:
             raise Unsuited
         self._slots = network.slots
         self._semantics = semantics
-        self._rows: list[dict[int, LocalRow]] = [{} for _ in network.slots]
-        self._numbers: list[dict[Process, int]] = [{} for _ in network.slots]
+        self._able = [self._local_rows(slot.terms) for slot in network.slots]
         self._tree = tree_of(term.process, components)
         ordered: dict[int, list[tuple[tuple[int, int], ...]]] = {}
         for rule in network.rules:
@@ -72,10 +73,11 @@ class Chased:
                 several.sort(key=partial(self._place, event))
         self._taus = ordered.pop(TAU, [])
         self._visible = dict(sorted(ordered.items()))
-        self._touching: list[list[int]] = [[] for _ in network.slots]
+        self._touching: list[list[tuple[int, int]]] = [[] for _ in network.slots]
         for place, moves in enumerate(self._taus):
-            for slot, _ in moves:
-                self._touching[slot].append(place)
+            for slot, label in moves:
+                self._touching[slot].append((place, label))
+        self._changes: dict[tuple[int, int | None, int], Change] = {}
         self.alphabet = (TAU, *self._visible)
         self._states: list[Locals] = []
         self._number: dict[Locals, int] = {}
@@ -84,7 +86,7 @@ class Chased:
         self._after: dict[tuple[int, int], tuple[int, ...]] = {}
         self._terms: dict[int, Process] = {0: term}
         start = (0,) * len(network.slots)
-        self._add(start, self._chased(start, range(len(network.slots))))
+        self._add(start, self._chased(start, None))
 
     def __len__(self) -> int:
         return len(self._states)
@@ -127,16 +129,14 @@ class Chased:
         if end is None:
             return [state] if event == TAU else []
         return [
-            self._settled(after, [slot for slot, _ in moves])
-            for moves in self._visible.get(event, ())
-            for after in self._moved(end, moves)
+            self._settled(after, end) for moves in self._visible.get(event, ()) for after in self._moved(end, moves)
         ]
 
-    def _settled(self, start: Locals, moved: Iterable[int]) -> int:
-        """The state that ``chase`` goes on in from where an event led to, the components *moved* having moved."""
+    def _settled(self, start: Locals, before: Locals) -> int:
+        """The state that ``chase`` goes on in from where an event led to from a state without taus."""
         number = self._reached.get(start)
         if number is None:
-            end = self._chased(start, moved)
+            end = self._chased(start, before)
             number = self._reached[start] = self._add(start if end is None else end, end)
         return number
 
@@ -145,7 +145,7 @@ class Chased:
         moves = tuple(moves)
         outcomes = []
         for slot, label in moves:
-            targets = self._local(slot, state[slot]).get(label)
+            targets = self._able[slot][state[slot]].get(label)
             if targets is None:
                 return
             outcomes.append(targets)
@@ -155,41 +155,70 @@ class Chased:
                 after[slot] = target
             yield tuple(after)
 
-    def _chased(self, start: Locals, moved: Iterable[int]) -> Locals | None:
-        """Where the first taus lead to; None if nowhere. Only rules that touch components *moved* can fire at first."""
-        here = start
-        seen = {here}
+    def _chased(self, start: Locals, before: Locals | None) -> Locals | None:
+        """Where the first taus lead to; None if nowhere.
+
+        *before* is the state from which an event led to the start, and in which no tau rule could fire; None if there
+        is no such state.
+        """
+        here = list(start)
+        seen = {start}
         # The rules that can fire, by their places in the order.
         firing = 0
+        if before is None:
+            changed: Iterable[Change] = [self._change(slot, None, local) for slot, local in enumerate(start)]
+        else:
+            pairs = zip(before, start, strict=True)
+            changed = [self._change(slot, old, new) for slot, (old, new) in enumerate(pairs) if old != new]
+        able, taus = self._able, self._taus
         while True:
-            for slot in moved:
-                for place in self._touching[slot]:
-                    bit = 1 << place
-                    if all(label in self._local(other, here[other]) for other, label in self._taus[place]):
-                        firing |= bit
+            for lost, gained in changed:
+                firing &= ~lost
+                for place in gained:
+                    for other, label in taus[place]:
+                        if label not in able[other][here[other]]:
+                            break
                     else:
-                        firing &= ~bit
+                        firing |= 1 << place
             if not firing:
-                return here
-            moves = self._taus[(firing & -firing).bit_length() - 1]
-            here = next(iter(self._moved(here, moves)))
-            if here in seen:
+                return tuple(here)
+            following = []
+            for slot, label in taus[(firing & -firing).bit_length() - 1]:
+                old = here[slot]
+                new = able[slot][old][label][0]
+                if new != old:
+                    here[slot] = new
+                    following.append((slot, old, new))
+            changed = [self._change(*step) for step in following]
+            state = tuple(here)
+            if state in seen:
                 return None
-            seen.add(here)
-            moved = [slot for slot, _ in moves]
+            seen.add(state)
 
-    def _local(self, slot: int, state: int) -> LocalRow:
-        row = self._rows[slot].get(state)
-        if row is None:
-            numbers = self._numbers[slot]
-            terms = self._slots[slot].terms
-            if not numbers:
-                numbers.update((term, number) for number, term in enumerate(terms))
-            found: dict[int, list[int]] = {}
-            for event, after in self._semantics.transitions(terms[state]):
-                found.setdefault(event, []).append(numbers[after])
-            row = self._rows[slot][state] = {event: tuple(targets) for event, targets in found.items()}
-        return row
+    def _change(self, slot: int, old: int | None, new: int) -> Change:
+        """What it does to the tau rules that a component moves.
+
+        Those that can fire no more, as bits, and those that may have come to.
+        """
+        found = self._changes.get((slot, old, new))
+        if found is None:
+            own = self._able[slot][new]
+            before = {} if old is None else self._able[slot][old]
+            lost = sum(1 << place for place, label in self._touching[slot] if label not in own)
+            gained = tuple(place for place, label in self._touching[slot] if label in own and label not in before)
+            found = self._changes[slot, old, new] = lost, gained
+        return found
+
+    def _local_rows(self, terms: Sequence[Process]) -> list[LocalRow]:
+        """The rows of a component, in the order of its rules."""
+        numbers = {term: number for number, term in enumerate(terms)}
+        rows = []
+        for term in terms:
+            row: dict[int, list[int]] = {}
+            for event, after in self._semantics.transitions(term):
+                row.setdefault(event, []).append(numbers[after])
+            rows.append({event: tuple(targets) for event, targets in row.items()})
+        return rows
 
 
 def machine_of_chase(chased: Chased, state: int, most: int, poll: Poll | None) -> Explored:

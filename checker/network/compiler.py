@@ -43,8 +43,6 @@ FEW = (24, 256)
 """A component with more states than this by itself is left, to see whether the whole has as many."""
 SMALL = 2_000
 """A component with parallel parts and more states than this is taken apart if it can be."""
-CHASED = 20_000
-"""A composition in which something is chased is explored so far before what is chased is explored by itself."""
 SLOT_STATES = 20_000
 """A component of a network with parts is explored so far before other ways are tried."""
 MOST_TERMS = 500_000
@@ -145,16 +143,11 @@ class Compiler:
             return None
         compressed = any(slot.compressed is not None for slot in composition.network.slots)
         try:
-            machine = composition.explored(min(CHASED, most), self._machines.poll)
-        except MoreStates:
-            # What is chased may well be small by itself, and then the whole is better explored as a network.
+            machine = composition.explored(most, self._machines.poll)
+        except MoreStates as more:
             try:
                 return self._composed(process, slot_states)
             except _TooLarge:
-                pass
-            try:
-                machine = composition.explored(most, self._machines.poll)
-            except MoreStates as more:
                 raise beyond(process, len(more.terms)) from None
         return compile_single(process, machine, lambda _: True) if compressed else compile_single(process, machine)
 

@@ -258,6 +258,19 @@ def name_begins_with_underscore(span: Span) -> Diagnostic:
     )
 
 
+@mistake(
+    "CSP017",
+    "what a `print` line shows cannot be read",
+    explanation="The rest of a `print` line is an expression. One with a mistake in it stops nothing else: the line is "
+    "left out.",
+    example="channel a\nprint 1 + + 2\nassert a -> STOP :[divergence free]",
+    repair="channel a\nprint 1 + 2\nassert a -> STOP :[divergence free]",
+)
+def print_left_out(mistake: str, span: Span) -> Diagnostic:
+    """A ``print`` line with a mistake in it."""
+    return Diagnostic("CSP017", f"this line shows nothing: {mistake}", span, severity=Severity.WARNING)
+
+
 # --- words that stand in square brackets of an assertion -----------------------------------------------------
 
 

@@ -25,6 +25,7 @@ from cspcheck.cspm.parsing.table import table
 from cspcheck.cspm.source import Source, Span
 from cspcheck.cspm.syntax import tree as s
 
+_PRINT_LINE = re.compile(r"^print[ \t]+([^\r\n]*)", re.MULTILINE)
 DEEPEST_INCLUDE: Final = 100
 """Files between a script and what it includes, at most."""
 
@@ -242,7 +243,28 @@ class _Files:
         return replace(script, remarks=tuple(self.remarks)) if self.remarks else script
 
     def tree(self, source: Source) -> s.Script | None:
-        """The tree of one file; None, and the mistakes in ``errors``, if it has none."""
+        """The tree of one file; None, and the mistakes in ``errors``, if it has none.
+
+        A line ``print`` with a mistake in it shows nothing, and stops nothing else.
+        """
+        before = len(self.errors), len(self.remarks)
+        script = self._tree(source)
+        if script is not None or len(self.errors) == before[0] or is_markup(source):
+            return script
+        rest, left_out = _without_wrong_prints(source)
+        if not left_out:
+            return None
+        found = self.errors[before[0] :]
+        del self.errors[before[0] :]
+        del self.remarks[before[1] :]
+        script = self._tree(rest)
+        if script is None:
+            self.errors[before[0] :] = found
+        else:
+            self.remarks += left_out
+        return script
+
+    def _tree(self, source: Source) -> s.Script | None:
         self.open.append(source)
         try:
             if is_markup(source):
@@ -293,6 +315,22 @@ class _Files:
             return ()
         script = self.tree(source)
         return script.declarations if script is not None else ()
+
+
+def _without_wrong_prints(source: Source) -> tuple[Source, list[Diagnostic]]:
+    """A script with blanks for each line ``print`` whose rest is no expression, and what is wrong with those."""
+    left_out: list[Diagnostic] = []
+    text = source.text
+    for found in _PRINT_LINE.finditer(source.text):
+        blank = re.sub(r"[^\n]", " ", source.text[: found.start(1)])
+        try:
+            parse_expression(Source(source.name, blank + found[1]))  # every character in its place
+        except ScriptError as error:
+            first = error.diagnostics[0]
+            span = source.span(*found.span(1)) if first.span is None else source.span(first.span.start, first.span.end)
+            left_out.append(lexing.print_left_out(first.message, span))
+            text = text[: found.start()] + " " * len(found[0]) + text[found.end() :]
+    return Source(source.name, text), left_out
 
 
 def _of_another_language(source: Source) -> list[Diagnostic]:

@@ -97,11 +97,30 @@ def test_a_circle_of_includes_is_an_error(tmp_path: Path) -> None:
     assert [diagnostic.code for diagnostic in caught.value.diagnostics] == ["CSP011"]
 
 
+def test_what_traces_do_not_tell_is_answered_in_f() -> None:
+    result, other = cspcheck.loads("assert STOP :[deadlock free [T]]\nassert STOP :[deterministic [T]]").check()
+    assert not result
+    assert other
+    assert all("checked in F" in r.remarks[-1] for r in (result, other))
+
+
+def test_an_input_that_matches_no_event_is_a_warning() -> None:
+    script = cspcheck.loads("channel c : {0..1}\nP = c?5 -> P\nassert P [T= STOP")
+    assert all(script.check())
+    assert [warning.code for warning in script.warnings] == ["CSP221"]
+
+
+def test_a_print_line_with_a_mistake_is_left_out() -> None:  # the row of the `print` line
+    script = cspcheck.loads("print 1 + + 2\nassert STOP [T= STOP")
+    assert [warning.code for warning in script.warnings] == ["CSP017"]
+    assert all(script.check())
+
+
 def test_every_row_of_the_page_is_held_here() -> None:
     rows = PAGE.read_text(encoding="utf-8").partition("## Differences that stay")[2].split("\n\n")[1].splitlines()[2:]
     here = Path(__file__).read_text(encoding="utf-8")
     needles = ["deadlock free", "deterministic", "Seq({})", "inter(", "<= {0..}", "has trace", "circle", "<-1"]
-    needles += ["1 == 1", "[V=", "normalise", "partial order"]
+    needles += ["1 == 1", "[V=", "normalise", "partial order", "deadlock free [T]", "matches no event", "`print` line"]
     assert len(rows) == len(needles)
     for row, needle in zip(rows, needles, strict=True):
         assert needle in row

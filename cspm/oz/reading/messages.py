@@ -146,6 +146,11 @@ def unknown_section(span: Span, word: str, suggestions: Sequence[str]) -> Diagno
     )
 
 
+def schema_in_two_words(span: Span, word: str, name: str) -> Diagnostic:
+    """``enable up`` or ``op enable up``, where one name was meant."""
+    return Diagnostic("CSP608", f"`{word} {name}` is no schema of `{name}`", span, help=f"write `op {word}_{name}`")
+
+
 @mistake(
     "CSP609",
     "parameters of a channel without brackets",

@@ -99,6 +99,7 @@ class Classes(Paragraphs):
             self.take()
             self.errors.append(class_messages.end_too_many(self.span(token)))
             return
+        self._one_word()
         word = str(token.value) if token.kind == "NAME" else token.kind
         read = self._readers.get(word)
         if read is not None and token.section:
@@ -112,6 +113,19 @@ class Classes(Paragraphs):
             raise Stuck(messages.unknown_section(self.span(token), word, suggestions(word, SECTIONS)))
         else:
             self._equations(parts)
+
+    def _one_word(self, place: int | None = None) -> None:
+        """Check that no name of a schema is written in two words: ``enable up`` for ``enable_up``."""
+        place = self.at if place is None else place
+        token, following = self.tokens[place], self.tokens[min(place + 1, len(self.tokens) - 1)]
+        if (
+            token.kind == following.kind == "NAME"
+            and token.value in ("com", "enable", "effect")
+            and not following.first
+            and not following.section
+        ):
+            span = self.source.span(token.start, following.end)
+            raise Stuck(messages.schema_in_two_words(span, str(token.value), str(following.value)))
 
     def _is_definition(self) -> bool:
         """Whether ``N ==``, ``N ::=`` or ``N[X] ==`` comes next."""
@@ -235,6 +249,8 @@ class Classes(Paragraphs):
         parts.places.setdefault(name, self.span(token))
 
     def _misplaced(self, parts: _Parts) -> None:
+        if self.at >= 2 and self.tokens[self.at - 2].first:
+            self._one_word(self.at - 2)  # read as one more predicate of the section before
         token = self.take()
         self.errors.append(messages.unexpected(self.span(token), self.found(token), ["a section of the class"]))
         while not self.token.section:
@@ -245,6 +261,7 @@ class Classes(Paragraphs):
     def _operation(self, parts: _Parts) -> None:
         start = self.at
         self.take()
+        self._one_word()
         name = self.name("the name of an operation")
         if self.token.kind == "=":
             self.take()

@@ -62,7 +62,9 @@ def types_differ(found: str, expected: str, span: Span, *, member: bool = False)
     """Two terms that must have one type."""
     if member:
         return Diagnostic("CSP631", f"a value of type `{found}` is no element of a set of `{expected}`", span)
-    return Diagnostic("CSP631", f"the types `{found}` and `{expected}` differ", span)
+    one_is_a_set = found == f"power {expected}" or expected == f"power {found}"
+    hint = "`x : {0..3}` declares a set, `x : 0..3` one of its numbers" if one_is_a_set else None
+    return Diagnostic("CSP631", f"the types `{found}` and `{expected}` differ", span, help=hint)
 
 
 @mistake(

@@ -7,6 +7,7 @@ from hypothesis import given, settings, strategies as st
 
 from cspcheck.checker.verdict import Outcome, Verdict
 from cspcheck.cspm.process.terms import DIV, SKIP, STOP, Chaos, Process, Run
+from cspcheck.cspm.syntax.tree import PropertyKind
 from tests.checker import explicit
 from tests.checker.terms import compositions, processes
 from tests.checker.textbook import (
@@ -93,10 +94,14 @@ class TestDeadlockFree:
             assert identifiers(outcome.counterexample.trace) == trace
             assert outcome.counterexample.kind == kind
 
-    def test_of_the_model_t_nothing_is_said(self) -> None:
-        outcome = checker().check_property(STOP, "deadlock free", "T")
-        assert outcome.verdict is Verdict.UNKNOWN
-        assert outcome.reason == "`deadlock free` is not a property of traces: use [F] or [FD]"
+    @pytest.mark.parametrize("kind", ["deadlock free", "deterministic"])
+    @pytest.mark.parametrize("process", [STOP, DIV, Run(ab), then(a, Run(ab)), perhaps(then(a, STOP), STOP)])
+    def test_the_model_t_is_answered_in_f_and_the_result_says_so(self, kind: PropertyKind, process: Process) -> None:
+        outcome = checker().check_property(process, kind, "T")
+        assert outcome.verdict is checker().check_property(process, kind, "F").verdict
+        assert outcome.remarks[-1] == (
+            f"`{kind}` is no property of traces, which say nothing of what is refused: checked in F"
+        )
 
     @settings(deadline=None)
     @given(terms)

@@ -167,3 +167,12 @@ def test_compressions_around_what_is_chased_are_looked_through() -> None:
 def test_the_first_tau_is_that_of_the_first_operand() -> None:
     process = chase(interleave(perhaps(then(a, STOP), then(b, STOP)), perhaps(then(b, STOP), then(c, STOP))))
     assert [event for event, _ in Compiler().semantics.transitions(Compiler().semantics.state(process))] == [a, b]
+
+
+def test_a_whole_that_is_large_for_its_other_parts_is_a_network() -> None:
+    spy = endless_eavesdropper(2)
+    others = [reference(f"L{i}", lambda i=i: then(30 + i, then(40 + i, others[i]))) for i in range(6)]
+    system = interleave(spy, *others)
+    network = compile_network(system, Limits(states=50))
+    assert len(network.slots) == 7
+    assert len(interpreted(network)) == len(interpreted(compile_network(system))) == 4 * 2**6

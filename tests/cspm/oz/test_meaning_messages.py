@@ -41,3 +41,20 @@ def test_the_example_makes_the_mistake_and_the_repair_does_not(code: str) -> Non
 
 def test_there_are_codes_to_be_tested() -> None:
     assert "CSP686" in CODES
+
+
+@pytest.mark.parametrize(
+    ("lines", "help_"),
+    [
+        ("  op enable up where n < 3\n  op effect_up Delta(n) where n' = n + 1", "write `op enable_up`"),
+        ("  enable up where n < 3", "write `op enable_up`"),
+        ("  op effect up Delta(n) where n' = n + 1", "write `op effect_up`"),
+        ("  op up Delta(m) where m' = 0", "`x : {0..3}` declares a set, `x : 0..3` one of its numbers"),
+    ],
+)
+def test_habits_are_told_with_their_repair(lines: str, help_: str) -> None:
+    text = f"class C\n  chan up\n  state n : 0..3; m : {{0..3}}\n  init n = 0\n{lines}\nend\n"
+    with pytest.raises(ScriptError) as error:
+        load(Source("c.csp", text))
+
+    assert error.value.diagnostics[0].help == help_
