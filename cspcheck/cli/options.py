@@ -133,6 +133,8 @@ def settings(options: Mapping[str, Any], overrides: Mapping[str, str]) -> Settin
         include_roots=options["include_roots"],
         checkpoint=_checkpoint(options),
         resume=options["resume"] is not None,
+        spill=options["spill"],
+        cluster=options.get("cluster", False),
     )
 
 
@@ -307,6 +309,12 @@ limit_options = _all(
         type=click.Path(),
         metavar="FOLDER",
         help="Go on from the checkpoints in FOLDER.",
+    ),
+    click.option(
+        "--spill",
+        type=click.Path(),
+        metavar="FOLDER",
+        help="Where a search goes on, on disk, that is larger than the memory it may use.",
     ),
     click.option("--workers", type=NUMBER, metavar="N", help="Search threads.  [default: the machine's cores]"),
     typecheck_option,
