@@ -6,7 +6,7 @@ Nothing is explored ahead: a state is looked at when the process gets there, so 
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from cspcheck.checker.explain.blocked_terms import waiting
@@ -188,9 +188,18 @@ class Probe:
 
     def components(self) -> list[tuple[str, Component, Process]]:
         """Names, components and states; equal names are numbered."""
-        found = self.here.components()
-        names = distinct_names(component.name for component, _ in found)
-        return [(name, component, state) for name, (component, state) in zip(names, found, strict=True)]
+        return _named(self.here)
+
+    def data(self) -> list[dict[str, Mapping[str, str]]]:
+        """At each point of the way, from the start: the variables of components that are classes, by their names."""
+        return [
+            {
+                name: variables
+                for name, component, state in _named(point.running)
+                if (variables := self._runner.variables(state, component.name))
+            }
+            for point in self.way
+        ]
 
     def waiting(self) -> dict[Component, list[Component]]:
         """Who waits for whom."""
@@ -204,6 +213,12 @@ class Probe:
     def has_terminated(self) -> bool:
         """Whether the process has ticked."""
         return isinstance(self.here.state, Terminated)
+
+
+def _named(running: Running) -> list[tuple[str, Component, Process]]:
+    found = running.components()
+    names = distinct_names(component.name for component, _ in found)
+    return [(name, component, state) for name, (component, state) in zip(names, found, strict=True)]
 
 
 def step_name(events: EventTable, performed: Performed) -> str:

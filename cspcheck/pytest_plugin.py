@@ -222,7 +222,11 @@ class AssertionItem(pytest.Item):
     def runtest(self) -> None:
         """Check the assertion."""
         assert isinstance(self.parent, ScriptFile)
-        result = self.parent.check(self._assertion)
+        try:
+            result = self.parent.check(self._assertion)
+        except KeyboardInterrupt:
+            # Anew: of each frame of a traceback pytest reads and parses the whole file before it ends.
+            raise KeyboardInterrupt from None
         self.user_properties.extend([("states", result.states), ("transitions", result.transitions)])
         if not result.as_expected:
             raise NotAsExpected(result)

@@ -11,7 +11,7 @@ import numpy as np
 from cspcheck.checker.explain.blocked_slots import Blocked, blocked, shortest_cycle
 from cspcheck.checker.explain.replay import Replay, ReplayFailure, states_after
 from cspcheck.checker.explain.running import distinct_names
-from cspcheck.checker.explain.story import Told
+from cspcheck.checker.explain.story import Data, Told
 from cspcheck.checker.network.network import Network, Slot
 from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.search.exploration import Exploration
@@ -175,6 +175,7 @@ class Behaviour:
         for number in sorted(set().union(*self._used)):
             slot = network.slots[number]
             in_use = number in self._used[-1]
+            variables, changes = self._data(number)
             behaviours.append(
                 ComponentBehaviour(
                     name=names[number],
@@ -183,6 +184,8 @@ class Behaviour:
                     line=slot.span.line if slot.span is not None else None,
                     offers=self._offer_names(slot, final[number]) if in_use else (),
                     waiting_for=tuple(names[other] for other in sorted(waits_for.get(number, ()))),
+                    variables=variables,
+                    changes=changes,
                 )
             )
         return tuple(behaviours)
@@ -249,6 +252,15 @@ class Behaviour:
 
     def _local(self, step: Step) -> tuple[int, ...]:
         return self.packed.local_states(np.array(step.state, dtype=np.int64))
+
+    def _data(self, slot: int) -> Data:
+        """The variables of a component that is a class, as far as the run has been replayed on the terms."""
+        if self._told is None:
+            return {}, ()
+        name, terms = self.packed.network.slots[slot].name, self.packed.network.slots[slot].terms
+        states = [self.packed.local_states(self.packed.initial), *map(self._local, self.path)]
+        own = (terms[local[slot]] if slot in used else None for local, used in zip(states, self._used, strict=True))
+        return self._told.data(name, own)
 
     def _terms(self, step: Step, used: set[int]) -> list[Process]:
         local = self._local(step)

@@ -180,11 +180,27 @@ class Runner:
         """A term in head normal form by the name that was first met for it."""
         return self.semantics.heads.name(state) or state
 
-    def variables(self, state: Process) -> Mapping[str, str]:
-        """The variables of a state of a class, by name; none of another process."""
+    def variables(self, state: Process, component: str) -> Mapping[str, str]:
+        """The variables of a state of a class, by name; none of another process.
+
+        The parts of a class, its equations and its data, may run as one.
+
+        Args:
+            state: the state.
+            component: the name of the component whose state it is. A state that can do nothing is the same in all
+                processes, and has data only where it is called like its class.
+        """
         with deep_recursion():
-            name = self.semantics.heads.name(state)
-        return name.variables if isinstance(name, Reference) else {}
+            heads = self.semantics.heads
+            found = heads.variables(state)
+            if found:
+                name = heads.name(state)
+                called = name is not None and name.name == component
+                return found if called or self.semantics.transitions(state) else {}
+            if not is_composed(state):
+                return {}
+            parts = [variables for part in state.active() if (variables := self.variables(part, component))]
+            return parts[0] if len(parts) == 1 else {}
 
     def _component(self, place: Place, path: Path) -> Component:
         known = self._known.get((path, place))

@@ -6,7 +6,7 @@ with whole compositions in it; here these are taken apart again.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 
 from cspcheck.checker.explain.blocked_slots import shortest_cycle
@@ -17,6 +17,9 @@ from cspcheck.checker.verdict import ComponentBehaviour
 from cspcheck.cspm.process.events import EventTable
 from cspcheck.cspm.process.terms import Process
 from cspcheck.cspm.process.text import describe
+
+Data = tuple[Mapping[str, str], tuple[Mapping[str, str], ...]]
+"""Variables of a class: all of them at the beginning, and those that have another value after each step."""
 
 
 class Told:
@@ -82,21 +85,28 @@ class Told:
             )
         return tuple(behaviours)
 
-    def _data(self, component: Component) -> tuple[Mapping[str, str], tuple[Mapping[str, str], ...]]:
+    def _data(self, component: Component) -> Data:
         """The variables of a class at the beginning, and what is new of them after each step."""
-        first: dict[str, str] = {}
+        states = (
+            next((state for other, state in running.components() if other is component), None) for running in self._ends
+        )
+        return self.data(component.name, states)
+
+    def data(self, component: str, states: Iterable[Process | None]) -> Data:
+        """The variables of a class at the beginning, and what is new of them after each step.
+
+        Args:
+            component: what a component is called.
+            states: its states, before the first step and after each; None where it is not there.
+        """
         known: dict[str, str] = {}
-        changes: list[dict[str, str]] = []
-        for number, running in enumerate(self._ends):
-            state = next((s for c, s in running.components() if c is component), None)
-            found = {} if state is None else self._runner.variables(state)
-            new = {name: value for name, value in found.items() if known.get(name) != value}
+        found: list[Mapping[str, str]] = []
+        for state in states:
+            values = {} if state is None else self._runner.variables(state, component)
+            new = {name: value for name, value in values.items() if known.get(name) != value}
             known |= new
-            if number == 0:
-                first = new
-            else:
-                changes.append(new)
-        return first, tuple(changes) if known else ()
+            found.append(new)
+        return found[0], tuple(found[1:]) if known else ()
 
     def parts_in(self, event: int, events: EventTable) -> tuple[tuple[str, str], ...]:
         """The components that take part in an event possible at the end, each with its own name of it."""

@@ -26,12 +26,20 @@ from cspcheck.checker.kernels import (
     machine_code,
     pairs as kernels_pairs,
     partition as kernels_partition,
+    runs as kernels_runs,
     table as table_kernels,
 )
 from cspcheck.checker.kernels.arrays import Rules
 from cspcheck.cspm.caches import tell
 
-MODULES: tuple[ModuleType, ...] = (table_kernels, kernels_expand, kernels_pairs, kernels_levels, kernels_partition)
+MODULES: tuple[ModuleType, ...] = (
+    table_kernels,
+    kernels_expand,
+    kernels_pairs,
+    kernels_levels,
+    kernels_partition,
+    kernels_runs,
+)
 """Where the kernels are, callees before callers."""
 
 ENTRIES = (
@@ -39,6 +47,7 @@ ENTRIES = (
     "find",
     "enter_all",
     "sort_by_owner",
+    "sort_by_rank",
     "claim",
     "settle",
     "expand",
@@ -50,6 +59,9 @@ ENTRIES = (
     "peel",
     "strong_components",
     "coarsest",
+    "rows_before",
+    "unite",
+    "sift",
 )
 """The kernels that are called from outside."""
 
@@ -79,6 +91,7 @@ class Kernels:
         find = staticmethod(table_kernels.find)
         enter_all = staticmethod(table_kernels.enter_all)
         sort_by_owner = staticmethod(table_kernels.sort_by_owner)
+        sort_by_rank = staticmethod(table_kernels.sort_by_rank)
         claim = staticmethod(table_kernels.claim)
         settle = staticmethod(table_kernels.settle)
         expand = staticmethod(kernels_expand.expand)
@@ -90,6 +103,9 @@ class Kernels:
         peel = staticmethod(kernels_levels.peel)
         strong_components = staticmethod(kernels_levels.strong_components)
         coarsest = staticmethod(kernels_partition.coarsest)
+        rows_before = staticmethod(kernels_runs.rows_before)
+        unite = staticmethod(kernels_runs.unite)
+        sift = staticmethod(kernels_runs.sift)
 
     def __getattr__(self, name: str) -> Kernel:
         if name not in self._functions:

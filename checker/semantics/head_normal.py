@@ -8,6 +8,7 @@ what has not started stays a name.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from cspcheck.checker.messages import endless_unfolding, unguarded_recursion
@@ -48,6 +49,7 @@ class HeadNormalForms:
         self._compile = compile
         self._known: dict[Process, Process] = {}
         self._names: dict[Process, Reference] = {}
+        self._others: dict[Process, list[Reference]] = {}
 
     def of(self, process: Process) -> Process:
         """The head normal form of *process*.
@@ -64,7 +66,7 @@ class HeadNormalForms:
             # By far the most frequent case: a name for something that begins with an event.
             body = process.body()
             if not body.has_active:
-                self._names.setdefault(body, process)
+                self._call(body, process)
                 self._known[process] = body
                 return body
         return self._find(process)
@@ -72,6 +74,23 @@ class HeadNormalForms:
     def name(self, state: Process) -> Reference | None:
         """The first reference met that stands for *state*, if there was one."""
         return self._names.get(state)
+
+    def variables(self, state: Process) -> Mapping[str, str]:
+        """The variables of the state of a class that *state* is; none where it is none, or could be one of several.
+
+        Two states of a class are one term where nothing that the class does tells them apart.
+        """
+        first = self._names.get(state)
+        if first is None:
+            return {}
+        named = (first, *self._others.get(state, ()))
+        found = [variables for reference in named if (variables := reference.variables)]
+        return found[0] if found and all(variables == found[0] for variables in found) else {}
+
+    def _call(self, state: Process, reference: Reference) -> None:
+        """Remember that the reference stands for *state*."""
+        if self._names.setdefault(state, reference) is not reference:
+            self._others.setdefault(state, []).append(reference)
 
     def _find(self, process: Process) -> Process:
         # Terms without running operands are their own head normal forms and are not kept here.
@@ -110,7 +129,7 @@ class HeadNormalForms:
             todo.pop()
             if isinstance(term, Reference):
                 unfolding -= 1
-                self._names.setdefault(result, term)
+                self._call(result, term)
         return known[process]
 
 

@@ -134,7 +134,7 @@ class Explorer:
                 known = before.copy()
                 steps = known.steps()
                 if not 0 < way[-1] <= len(steps):
-                    raise Unanswerable(f"there is no step {way[-1]} here")
+                    raise Unanswerable(f"the way of the address ends after {len(way) - 1}: there is no step {way[-1]}")
                 known.take(steps[way[-1] - 1])
             else:
                 _, process, run = self._root(root)
@@ -154,6 +154,7 @@ class Explorer:
         steps = probe.steps()
         following = probe.next_of_run()
         circle = None if steps else self._circle(probe)
+        data = [{name: dict(values) for name, values in point.items()} for point in probe.data()]
         return {
             "title": root if not root.startswith("@") else self._root(root)[0],
             "state": self._text(probe.here.state),
@@ -166,6 +167,7 @@ class Explorer:
                     "line": component.span.line if component.span is not None else None,
                     "file": component.span.source.name if component.span is not None else None,
                     "state": self._text(state),
+                    "data": data[-1].get(name, {}),
                     "changed": bool(way) and before.get(name) != self._text(state),
                     "offers": self._offers(probe, state),
                     "waits": [names.get(other, other.name) for other in waits.get(component, ())],
@@ -173,6 +175,7 @@ class Explorer:
                 for name, component, state in probe.components()
             ],
             "circle": circle,
+            "data": data,
             "steps": [
                 {
                     "number": step.number,

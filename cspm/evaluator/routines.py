@@ -6,7 +6,7 @@ values of the variables around it that it uses, and its arguments. Its body is e
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from cspcheck.cspm.evaluator.core import PROCESS_TYPES
@@ -334,6 +334,17 @@ class Use(Definition):
     def text(self) -> str:
         """The name with its arguments."""
         return self.routine.shown(self.arguments)
+
+    @property
+    def variables(self) -> Mapping[str, str]:
+        """Those of the state that the body is: a class has a name of the script before it has one of its state."""
+        return self.routine.evaluator.run(self._variables)
+
+    def _variables(self) -> Mapping[str, str]:
+        term = self.body
+        if term is None:
+            term = self.routine.enter_process(self.base + self.routine.prepared(self.arguments))
+        return term.variables if type(term) is Reference else {}
 
     def evaluate(self) -> Process:
         """The term of the body."""

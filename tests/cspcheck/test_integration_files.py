@@ -38,3 +38,17 @@ def test_there_are_some() -> None:
 def test_inputs_of_the_action_are_not_run() -> None:
     script = (ROOT / "action.yml").read_text().split("run: |", 1)[1]
     assert "${{" not in script
+
+
+def test_no_address_is_made_up() -> None:
+    """The repository has none that could be named, and one that only looks so would be somebody else's."""
+    files = [*(ROOT / "docs").rglob("*.md"), *(ROOT / "editors").rglob("*.json"), *ROOT.glob("*.md")]
+    made_up = re.compile(
+        r"OWNER/|example\.(invalid|com|org)|your-?(name|org)|(github|gitlab)\.com/[^/\s]*/?cspcheck", re.I
+    )
+    found = [
+        path.name for path in files if "node_modules" not in path.parts and made_up.search(path.read_text("utf-8"))
+    ]
+
+    assert len(files) > 40
+    assert found == []

@@ -361,3 +361,20 @@ class TestProject:
 
         result.assert_outcomes(errors=1)
         result.stdout.fnmatch_lines(["*CSP914*", "*did you mean `max-states`?*"])
+
+
+def test_an_interrupt_is_told_without_what_was_going_on(
+    place: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of each frame on the way pytest would parse the file, and that takes seconds."""
+
+    def interrupted(*arguments: object) -> object:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("cspcheck.checking.check", interrupted)
+    write(place, good=GOOD)
+    result = place.runpytest_inprocess(*PLUGIN, "--full-trace", "good.csp", no_reraise_ctrlc=True)
+
+    assert result.ret is pytest.ExitCode.INTERRUPTED
+    result.stdout.fnmatch_lines(["*pytest_plugin.py:*: KeyboardInterrupt"])
+    result.stdout.no_fnmatch_line("*interrupted(*")

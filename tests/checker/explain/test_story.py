@@ -194,3 +194,51 @@ assert STOP [T= C
     assert found is not None
     (data,) = [part for part in found.components if part.name == "C"]
     assert data.variables == {"x": "0"}
+
+
+TANK = """
+class Tank
+  chan fill, drain
+  state level : 0..3
+  init level = 0
+  op fill
+    Delta(level)
+  where
+    level' = level + 1
+  op drain
+    Delta(level)
+  where
+    level' = level - 1
+end
+class Full
+  chan fill
+  main = fill -> main
+  state rest : 0..1
+  init rest = 1
+  op fill
+    Delta(rest)
+  where
+    rest' = rest - 1
+end
+"""
+
+
+def data_of(assertion: str) -> dict[str, tuple[dict[str, str], tuple[dict[str, str], ...]]]:
+    loaded = load(Source("tank.csp", f"{TANK}\nassert {assertion}\n"))
+    found = Checker(loaded).check(loaded.assertions[0].node).counterexample
+    assert found is not None
+    return {
+        part.name: (dict(part.variables), tuple(dict(new) for new in part.changes))
+        for part in found.components
+        if part.variables
+    }
+
+
+def test_a_class_that_is_its_data_alone_shows_them() -> None:
+    found = data_of("drain -> STOP [] fill -> (drain -> STOP [] fill -> fill -> STOP) [T= Tank")
+    assert found == {"Tank": ({"level": "0"}, ({"level": "1"}, {"level": "2"}))}
+
+
+def test_data_are_shown_of_each_component_of_a_composition() -> None:
+    found = data_of("(Tank [| {drain} |] STOP) [| {fill} |] Full :[deadlock free]")
+    assert found == {"Tank": ({"level": "0"}, ({"level": "1"},)), "Full": ({"rest": "1"}, ({"rest": "0"},))}

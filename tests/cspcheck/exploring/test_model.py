@@ -97,3 +97,25 @@ def test_events_and_walks(explorer: Explorer) -> None:
 def test_what_makes_no_sense(explorer: Explorer, question: str, arguments: dict[str, str], message: str) -> None:
     with pytest.raises(Unanswerable, match=message):
         explorer.answer(question, arguments)
+
+
+def test_the_data_of_classes_at_each_point_of_the_way(tmp_path: Path) -> None:
+    path = tmp_path / "tank.csp"
+    path.write_text("""\
+class Tank
+  chan fill
+  state level : 0..2
+  init level = 0
+  op fill
+    Delta(level)
+  where
+    level' = level + 1
+end
+Other = fill -> Other
+System = Tank [| {fill} |] Other
+""")
+    explorer = Explorer(checking.load(str(path), checking.Settings()), checking.Settings())
+    place = explorer.answer("place", {"root": "System", "way": "1.1"})
+
+    assert place["data"] == [{"Tank": {"level": "0"}}, {"Tank": {"level": "1"}}, {"Tank": {"level": "2"}}]
+    assert [(part["name"], part["data"]) for part in place["components"]] == [("Tank", {"level": "2"}), ("Other", {})]

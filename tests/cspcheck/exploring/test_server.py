@@ -104,6 +104,15 @@ def test_the_page_in_a_browser(server: Server, tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium: the page is not tried in a browser")
+def test_a_way_that_is_none_goes_as_far_as_it_goes(server: Server, tmp_path: Path) -> None:
+    page = dumped(f"{server.address}#root=Table&way=1.7.1", tmp_path)
+    assert "the way of the address ends after 1: there is no step 7" in page
+    assert "pick.0.0</a>" in page
+    assert "waits for" in page
+    assert "there are no data to be shown" in page
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium: the page is not tried in a browser")
 def test_a_picture_in_a_browser_is_fitted(tmp_path: Path) -> None:
     from cspcheck.cli import run
 
