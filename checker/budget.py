@@ -179,6 +179,8 @@ def _reached(stop: str | None, limits: Limits) -> str:
         return f"state limit of {limits.states:,} reached"
     if stop == "seconds":
         return f"time limit of {limits.seconds:g} s reached"
+    if stop == "disk":
+        return "no room left on the disk of `--spill`"
     if stop == "memory":
         return f"memory limit of {_bytes(limits.memory_bytes or 0)} reached"
     raise AssertionError(f"a search without a result ended for the reason {stop}")

@@ -17,6 +17,7 @@ from cspcheck.checker.checks.refinement import refines
 from cspcheck.checker.checks.store import KEPT_BYTES, Machines
 from cspcheck.checker.explain.replay import ReplayFailure
 from cspcheck.checker.lts import Lts
+from cspcheck.checker.search.beyond import Beyond
 from cspcheck.checker.search.checkpoint import Checkpoints
 from cspcheck.checker.search.exploration import Progress
 from cspcheck.checker.specification.normal_form import FailuresModel, Semantics
@@ -73,6 +74,7 @@ class Checker:
         progress: called a few times a second during a search.
         notify: called with a line to be shown when kernels have to be compiled first.
         checkpoints: where to write long searches down, and to go on from.
+        beyond: where searches go on that are too large for this process.
     """
 
     def __init__(
@@ -87,6 +89,7 @@ class Checker:
         progress: Callable[[Progress], None] | None = None,
         notify: Callable[[str], None] | None = None,
         checkpoints: Checkpoints | None = None,
+        beyond: Beyond | None = None,
     ) -> None:
         self._script = script
         self._limits = limits
@@ -102,6 +105,7 @@ class Checker:
             progress=progress,
             notify=notify,
             checkpoints=checkpoints,
+            beyond=beyond,
         )
 
     def check(self, assertion: Assertion) -> Outcome:
@@ -253,7 +257,7 @@ class Checker:
 
         try:
             exploration = self._machines.exploration(process, "everything", Budget(self._limits), original=True)
-            return happened(exploration) if exploration.complete else None
+            return happened(exploration) if exploration.complete and not exploration.is_partial else None
         except (Incomplete, TooManySteps):
             return None
 

@@ -25,6 +25,7 @@ from cspcheck.selection import STDIN
 if TYPE_CHECKING:
     from cspcheck.checker.check import Checker
     from cspcheck.checker.lts import Lts
+    from cspcheck.checker.search.beyond import Beyond
     from cspcheck.checker.search.checkpoint import Checkpoints
     from cspcheck.checker.search.exploration import Progress
     from cspcheck.coverage import Coverage
@@ -57,6 +58,8 @@ class Settings:
         include_roots: folders, beside that of each script, from below which files may be included.
         checkpoint: the folder in which long searches are written down; None: nowhere.
         resume: whether to go on from what that folder has.
+        spill: the folder in which searches go on that are larger than memory; None: nowhere.
+        cluster: whether the processes that ``mpiexec`` has started search together.
         coverage: whether what never happens in a check that passes is looked for.
         machines: whether results have pictures of machines that are small.
     """
@@ -73,6 +76,8 @@ class Settings:
     include_roots: tuple[str, ...] = ()
     checkpoint: str | None = None
     resume: bool = False
+    spill: str | None = None
+    cluster: bool = False
     coverage: bool = False
     machines: bool = False
 
@@ -185,6 +190,7 @@ class GuardedChecker:
         self._watch = watch
         self._checker: Checker | None = None
         self._checkpoints = _checkpoints(script, settings, watch)
+        self._beyond = _beyond(settings)
         self._used = False
 
     def check(self, assertion: syntax.Assertion) -> Outcome:
@@ -255,6 +261,7 @@ class GuardedChecker:
                 progress=self._watch.progress,
                 notify=self._watch.notify,
                 checkpoints=self._checkpoints,
+                beyond=self._beyond,
             )
         return self._checker
 
@@ -294,6 +301,26 @@ def _checkpoints(script: Script, settings: Settings, watch: Watch) -> Checkpoint
         raise ScriptError(unsuited_checkpoint(settings.checkpoint, script.source.name, str(mismatch))) from None
     except OSError as error:
         raise ScriptError(cannot_write(settings.checkpoint, error.strerror or str(error))) from None
+
+
+def _beyond(settings: Settings) -> Beyond | None:
+    """Where searches go on, or are done, that may be too large for this process.
+
+    Raises:
+        ScriptError: the folder cannot be written.
+    """
+    if settings.cluster:
+        from cspcheck.checker.search.cluster import world
+
+        return world()
+    if settings.spill is None:
+        return None
+    from cspcheck.checker.search.spill import Spill
+
+    try:
+        return Spill(Path(settings.spill))
+    except OSError as error:
+        raise ScriptError(cannot_write(settings.spill, error.strerror or str(error))) from None
 
 
 def script_digest(script: Script) -> str:

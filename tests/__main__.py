@@ -2,10 +2,14 @@
 
 Runs the linter, the formatter's check, the type checker, the import contract and the test suite, prints what
 each says, and exits non-zero if any of them fails. Further arguments go to pytest.
+
+``--nightly`` runs the tests with damaged and made-up inputs instead, a million and others every time, which takes
+hours; ``CSPCHECK_FUZZ`` says how many. What it finds becomes a test of the room that it was found in.
 """
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import time
@@ -22,9 +26,26 @@ STEPS: tuple[tuple[str, list[str]], ...] = (
     ("pytest", [sys.executable, "-m", "pytest", "-n", "2", "--dist", "worksteal", "-q"]),
 )
 
+NIGHTLY = (
+    "tests/cspm/parsing/test_parser_fuzz.py",
+    "tests/cspm/test_script_fuzz.py",
+    "tests/cspm/evaluator/test_evaluator_robustness.py",
+)
+"""The tests that make their inputs at random, as many as ``CSPCHECK_FUZZ`` says."""
+
+
+def nightly(arguments: list[str]) -> int:
+    """Run the random inputs of a night; pytest's exit status."""
+    # Examples that are said to be so many are drawn anew each time.
+    settings = {"CSPCHECK_FUZZ": "1000000", "CSPCHECK_EXAMPLES": "1000", **os.environ}
+    command = [sys.executable, "-m", "pytest", "-n", "2", "--dist", "worksteal", "-q", *NIGHTLY, *arguments]
+    return subprocess.run(command, cwd=ROOT, env=settings, check=False).returncode
+
 
 def main(arguments: list[str]) -> int:
     """Run every step and report; the exit status is 1 if one failed."""
+    if "--nightly" in arguments:
+        return nightly([argument for argument in arguments if argument != "--nightly"])
     failed: list[str] = []
     for name, command in STEPS:
         extra = arguments if name == "pytest" else []

@@ -72,7 +72,13 @@ class Along:
         self.process = process
         self.events: EventTable = context.events
         self.pairs: PairExploration = context.machines.pairs(
-            chain(trace, model, beyond=beyond), process, model, context.budget, full=True, original=original
+            chain(trace, model, beyond=beyond),
+            process,
+            model,
+            context.budget,
+            full=True,
+            original=original,
+            at_hand=True,
         )
 
     def offers(self, length: int) -> Offers:

@@ -43,8 +43,7 @@ class Context:
         """
         if self.machines.full or level == exploration.depth:
             return int(exploration.levels[-1]), exploration.transitions
-        states = int(exploration.levels[level + 1])
-        return states, sum(len(chunk.events) for chunk in in_chunks(exploration, np.arange(states)))
+        return int(exploration.levels[level + 1]), exploration.transitions_at[level]
 
 
 def in_chunks(exploration: Exploration, indices: Int64Array) -> Iterator[Successors]:

@@ -69,6 +69,10 @@ def deterministic(context: Context, process: Process, model: FailuresModel) -> O
     counts = exploration.levels[-1], exploration.transitions
     if not exploration.complete:
         return _as_far_as_explored(context, process, exploration, model)
+    if exploration.is_partial and (
+        exploration.has_tau or exploration.branching or exploration.packed.network.terminated
+    ):
+        raise Incomplete(f"{budget.memory_reached()}: nondeterminism is looked for in memory", *counts)
     if _by_form(exploration):
         return budget.outcome(Verdict.PASS, None, *counts)
     try:
@@ -118,6 +122,8 @@ def _earlier_nondeterminism(context: Context, process: Process, exploration: Exp
     Where this takes too long the divergence has to do.
     """
     divergence = visible(shortest_path(exploration, exploration.tau_cyclic(level)))
+    if exploration.is_partial:
+        return None
     try:
         lts = explored_part(exploration, level)
         trace = _by_normal_form(context, lts, level, EARLIER_NODES)
@@ -134,7 +140,8 @@ def _as_far_as_explored(context: Context, process: Process, exploration: Explora
     budget = context.budget
     counts = exploration.levels[-1], exploration.transitions
     sought = "divergence" if model == "FD" else ""
-    if exploration.divergence_level is None and exploration.stop == "states" and exploration.levels[-1]:
+    at_hand = not exploration.is_partial and exploration.levels[-1] > 0
+    if exploration.divergence_level is None and exploration.stop == "states" and at_hand:
         lts = explored_part(exploration)
         try:
             chosen = candidate(lts, beyond=lts.states - 1)

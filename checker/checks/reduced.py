@@ -44,6 +44,7 @@ def reduced_search(context: Context, process: Process, aim: Aim) -> Outcome | No
         stop_at_deadlock="deadlock" in aim,
         stop_at_divergence=cycles,
         look_for_divergence=cycles,
+        beyond=context.machines.beyond,
     )
     counts = found.counts(exploration)
     if exploration.divergence_level is None and exploration.deadlock_level is None:

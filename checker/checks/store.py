@@ -19,8 +19,10 @@ from cspcheck.checker.lts import Lts
 from cspcheck.checker.network.compiler import MOST_TERMS, Compiler, LimitReached
 from cspcheck.checker.network.lazily import is_chased
 from cspcheck.checker.network.network import Network
+from cspcheck.checker.network.priority import at_the_top
 from cspcheck.checker.network.skeleton import compile_single
 from cspcheck.checker.packing.packed import PackedNetwork, pack
+from cspcheck.checker.search.beyond import Beyond
 from cspcheck.checker.search.checkpoint import Checkpoints
 from cspcheck.checker.search.exploration import Exploration, Progress, explore
 from cspcheck.checker.search.pair_search import PairExploration, explore_pairs
@@ -67,7 +69,7 @@ class Machines:
         full: explore everything, end nothing early, merge nothing.
         reduces: whether processes may be reduced although the script does not ask for it.
         kept_bytes: how much to keep for later.
-        progress, notify, checkpoints: handed to the searches.
+        progress, notify, checkpoints, beyond: handed to the searches.
     """
 
     def __init__(
@@ -80,8 +82,10 @@ class Machines:
         progress: Callable[[Progress], None] | None = None,
         notify: Callable[[str], None] | None = None,
         checkpoints: Checkpoints | None = None,
+        beyond: Beyond | None = None,
     ) -> None:
         self.workers = workers
+        self.beyond = beyond
         self.full = full
         self.reduces = reduces and not full
         self._kept_bytes = kept_bytes
@@ -133,6 +137,8 @@ class Machines:
         if found is None:
             compiler = self._terms.original if original else self._terms.compiler
             self._terms.budget = budget
+            priority = at_the_top(process)
+            self._terms.whole = None if priority is None else priority.term
             limits = budget.limits
             # What is chased is explored in company from the start.
             if terms is not None and not is_chased(process) and (limits.states is None or terms < limits.states):
@@ -261,6 +267,7 @@ class Machines:
                 progress=self._progress,
                 notify=self._notify,
                 checkpoints=self._checkpoints,
+                beyond=self.beyond,
             )
             if found.complete:
                 key = ("exploration", process, "everything", original)
@@ -311,7 +318,7 @@ class Machines:
                 )
             needed = 8 * (exploration.levels[-1] + 1) + 16 * exploration.transitions
             memory = budget.limits.memory_bytes
-            if memory is not None and needed > memory:
+            if exploration.is_partial or (memory is not None and needed > memory):
                 raise Incomplete(
                     f"{budget.memory_reached()}{part}: its {exploration.levels[-1]:,} states take {needed:,} bytes",
                     exploration.levels[-1],
@@ -386,6 +393,7 @@ class Machines:
         *,
         full: bool,
         original: bool = False,
+        at_hand: bool = False,
     ) -> PairExploration:
         """The reachable pairs of a specification's node and a state of *process*. Not kept.
 
@@ -394,14 +402,23 @@ class Machines:
             budget: what may be used.
             full: whether to go on after a violation.
             original: whether compressed components are to have all their states.
+            at_hand: whether all pairs must be in memory afterwards, also those that lead to nothing.
 
         Raises:
             Incomplete: a lazy specification ran into a limit.
         """
-        return self.pairs_of(self.packed(process, budget, original=original), specification, model, budget, full=full)
+        packed = self.packed(process, budget, original=original)
+        return self.pairs_of(packed, specification, model, budget, full=full, at_hand=at_hand)
 
     def pairs_of(
-        self, packed: PackedNetwork, specification: Specification, model: Semantics, budget: Budget, *, full: bool
+        self,
+        packed: PackedNetwork,
+        specification: Specification,
+        model: Semantics,
+        budget: Budget,
+        *,
+        full: bool,
+        at_hand: bool = False,
     ) -> PairExploration:
         """The reachable pairs of a specification's node and a state of a network; see :meth:`pairs`."""
         found = explore_pairs(
@@ -414,6 +431,7 @@ class Machines:
             progress=self._progress,
             notify=self._notify,
             checkpoints=self._checkpoints,
+            beyond=None if at_hand else self.beyond,
         )
         budget.used(found.peak_memory_bytes + _size(specification))
         return found

@@ -22,10 +22,18 @@ from cspcheck.checker.kernels import (
     machine_code,
     pairs as kernels_pairs,
     partition as kernels_partition,
+    runs as kernels_runs,
     table as table_kernels,
 )
 
-MODULES: tuple[ModuleType, ...] = (table_kernels, kernels_expand, kernels_pairs, kernels_levels, kernels_partition)
+MODULES: tuple[ModuleType, ...] = (
+    table_kernels,
+    kernels_expand,
+    kernels_pairs,
+    kernels_levels,
+    kernels_partition,
+    kernels_runs,
+)
 """Where the kernels are, callees before callers."""
 
 ONE_WORD = ({"stride": 1},)
@@ -36,6 +44,7 @@ ENTRIES: machine_code.Entries = {
     "find": ONE_WORD,
     "enter_all": (),
     "sort_by_owner": ONE_WORD,
+    "sort_by_rank": ONE_WORD,
     "claim": ONE_WORD,
     "settle": (),
     "expand": ONE_WORD_STATES,
@@ -47,6 +56,9 @@ ENTRIES: machine_code.Entries = {
     "peel": (),
     "strong_components": (),
     "coarsest": (),
+    "rows_before": (),
+    "unite": (),
+    "sift": (),
 }
 """The kernels that are called from outside, each with the arguments for which a copy of its own pays."""
 
@@ -69,6 +81,7 @@ class Kernels:
         find = staticmethod(table_kernels.find)
         enter_all = staticmethod(table_kernels.enter_all)
         sort_by_owner = staticmethod(table_kernels.sort_by_owner)
+        sort_by_rank = staticmethod(table_kernels.sort_by_rank)
         claim = staticmethod(table_kernels.claim)
         settle = staticmethod(table_kernels.settle)
         expand = staticmethod(kernels_expand.expand)
@@ -80,6 +93,9 @@ class Kernels:
         peel = staticmethod(kernels_levels.peel)
         strong_components = staticmethod(kernels_levels.strong_components)
         coarsest = staticmethod(kernels_partition.coarsest)
+        rows_before = staticmethod(kernels_runs.rows_before)
+        unite = staticmethod(kernels_runs.unite)
+        sift = staticmethod(kernels_runs.sift)
 
     def __getattr__(self, name: str) -> Kernel:
         if name not in self._functions:

@@ -114,6 +114,8 @@ def coarsest(
     buffer: Int64Array,
     slots: Int64Array,
     stamps: Int64Array,
+    progress: Int64Array,
+    most: int,
 ) -> int:
     """Refine a partition until no two states of a block can be told apart by (label, block of the target).
 
@@ -137,34 +139,53 @@ def coarsest(
         queued: scratch, an entry per state, all 0.
         buffer: scratch, as many entries as states, transitions and the most transitions of one state together.
         slots, stamps: scratch, a power of two of entries, more than twice the states; stamps all 0.
+        progress: six entries, all 0 at first: whether it was begun, how many states are dirty, how many stamps were
+            used, and of a round that is not finished how many blocks are touched, how many of them are done, and how
+            many states have changed their block.
+        most: it comes back, to be called again, when about so many states were examined; a block is done as a whole.
 
     Returns:
-        The number of blocks.
+        The number of blocks when all is done; until then -1 minus how many there are.
     """
-    dirties = size
-    for state in range(size):
-        dirty[state] = state
-        queued[state] = 1
-    stamp = 0
+    if progress[0] == 0:
+        for state in range(size):
+            dirty[state] = state
+            queued[state] = 1
+        progress[0] = 1
+        progress[1] = size
+        progress[3] = -1
+    dirties = progress[1]
+    stamp = progress[2]
+    work = 0
     while dirties > 0:
-        touches = 0
-        for i in range(dirties):
-            state = dirty[i]
-            queued[state] = 0
-            number = block[state]
-            if marked[number] == 0:
-                touched[touches] = number
-                touches += 1
-            # The dirty states of a block are moved to the front of its span.
-            front = block_first[number] + marked[number]
-            other = order[front]
-            order[place[state]] = other
-            place[other] = place[state]
-            order[front] = state
-            place[state] = front
-            marked[number] += 1
-        changes = 0
-        for t in range(touches):
+        touches = progress[3]
+        begun = progress[4]
+        changes = progress[5]
+        if touches < 0:
+            touches = 0
+            for i in range(dirties):
+                state = dirty[i]
+                queued[state] = 0
+                number = block[state]
+                if marked[number] == 0:
+                    touched[touches] = number
+                    touches += 1
+                # The dirty states of a block are moved to the front of its span.
+                front = block_first[number] + marked[number]
+                other = order[front]
+                order[place[state]] = other
+                place[other] = place[state]
+                order[front] = state
+                place[state] = front
+                marked[number] += 1
+        for t in range(begun, touches):
+            if work > most:
+                progress[1] = dirties
+                progress[2] = stamp
+                progress[3] = touches
+                progress[4] = t
+                progress[5] = changes
+                return -1 - blocks
             number = touched[t]
             first = block_first[number]
             last = block_last[number]
@@ -178,6 +199,7 @@ def coarsest(
             # One clean state stands for all of them; it is looked at first, so that they are group 0.
             clean = last - first - count
             examined = count + (1 if clean > 0 else 0)
+            work += examined
             for i in range(examined):
                 place_of = first + count - i if clean > 0 else first + i
                 state = order[place_of]
@@ -245,6 +267,9 @@ def coarsest(
                     changed[changes] = state
                     changes += 1
         dirties = 0
+        progress[3] = -1
+        progress[4] = 0
+        progress[5] = 0
         for i in range(changes):
             block[changed[i]] = fresh[i]
         for i in range(changes):

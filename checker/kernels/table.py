@@ -252,6 +252,22 @@ def sort_by_owner(
         copy_row(targets, j, outbox, at, stride)
 
 
+def sort_by_rank(
+    targets: Int64Array, count: int, stride: int, ranks: int, capacity: int, ends: Int64Array, outbox: Int64Array
+) -> None:
+    """Copy rows to *outbox* grouped by the process that they belong to; otherwise as :func:`sort_by_owner`.
+
+    That is told by another hash than the place in the table, whose entries would lie in a part of it only otherwise.
+    """
+    for o in range(ranks):
+        ends[o] = o * capacity
+    for j in range(count):
+        rank = ((mixed(hash_of(targets, j, stride)) >> 31) * ranks) >> 32
+        at = ends[rank]
+        ends[rank] = at + 1
+        copy_row(targets, j, outbox, at, stride)
+
+
 def claim(
     targets: Int64Array,
     begin: int,
@@ -324,6 +340,7 @@ KERNELS = (
     find,
     enter_all,
     sort_by_owner,
+    sort_by_rank,
     claim,
     settle,
 )

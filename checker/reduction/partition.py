@@ -9,6 +9,9 @@ from cspcheck.checker.kernels.jit import kernels_for
 from cspcheck.checker.lts import Lts, machine, reachable, sources
 from cspcheck.cspm.process.events import TAU
 
+MOST = 1 << 18
+"""So many states are examined before machine code comes back: some tenths of a second."""
+
 
 def coarsest_partition(lts: Lts, initial: Int64Array) -> Int64Array:
     """The coarsest refinement of a partition whose classes cannot be told apart by their transitions.
@@ -37,33 +40,45 @@ def coarsest_partition(lts: Lts, initial: Int64Array) -> Int64Array:
     def scratch(entries: int) -> Int64Array:
         return np.zeros(entries, dtype=np.int64)
 
-    kernels_for(size).coarsest(
-        size,
-        lts.offsets,
-        labels.astype(np.int64),
-        lts.targets,
-        earlier_offsets,
-        sources(lts)[by_target],
-        block,
-        len(first),
-        order,
-        place,
-        block_last - counts,
-        block_last,
-        scratch(size),
-        scratch(size + 1),
-        scratch(2 * size + 2),
-        scratch(size + 1),
-        scratch(size + 1),
-        scratch(size + 1),
-        scratch(size + 1),
-        scratch(size + 1),
-        scratch(size + 1),
-        scratch(size),
-        scratch(size + lts.transitions + widest),
-        scratch(slots),
-        scratch(slots),
-    )
+    by_label, earlier = labels.astype(np.int64), sources(lts)[by_target]
+    block_first = block_last - counts
+    marked, group, fresh, dirty = (scratch(size + 1) for _ in range(4))
+    group_size, group_block, changed, touched = (scratch(size + 1) for _ in range(4))
+    group_ends, queued = scratch(2 * size + 2), scratch(size)
+    buffer = scratch(size + lts.transitions + widest)
+    hashed, stamps, progress = scratch(slots), scratch(slots), scratch(6)
+    kernels, blocks = kernels_for(size), -1 - len(first)
+    while blocks < 0:
+        # Between two calls whoever limits this work may end it.
+        blocks = kernels.coarsest(
+            size,
+            lts.offsets,
+            by_label,
+            lts.targets,
+            earlier_offsets,
+            earlier,
+            block,
+            -1 - blocks,
+            order,
+            place,
+            block_first,
+            block_last,
+            marked,
+            group,
+            group_ends,
+            group_size,
+            group_block,
+            fresh,
+            dirty,
+            changed,
+            touched,
+            queued,
+            buffer,
+            hashed,
+            stamps,
+            progress,
+            MOST,
+        )
     return numbered(block)
 
 

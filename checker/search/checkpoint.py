@@ -30,7 +30,7 @@ PIECE = 1 << 20
 """Words that are read or written at a time."""
 MANIFEST = "checkpoint.json"
 """The file that says what a folder of checkpoints belongs to."""
-FORMAT = 1
+FORMAT = 2
 
 
 class Mismatch(Exception):
@@ -66,6 +66,7 @@ class Tally:
 
     known: int
     levels: list[int]
+    transitions_at: list[int]
     transitions: int
     deadlocks: int
     violated: int
@@ -120,6 +121,14 @@ class Checkpoints:
             return
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         _replace(manifest, json.dumps(said, indent=2).encode())
+
+    @classmethod
+    def beside(cls, folder: Path) -> Checkpoints:
+        """A folder that another process looks after."""
+        found = cls.__new__(cls)
+        found.folder, found.every = folder, EVERY
+        found.tell = lambda line: None
+        return found
 
     def search(self, packed: PackedNetwork, pairs: Pairs | None, aims: tuple[bool, ...]) -> Checkpoint | None:
         """The checkpoint of a search; None for one whose rows mean something in this process only."""
@@ -183,6 +192,77 @@ class Checkpoint:
         self._written = len(rows)
         return True
 
+    @property
+    def folder(self) -> Path:
+        """Where the checkpoint is."""
+        return self._owner.folder
+
+    @property
+    def name(self) -> str:
+        """What its files are called."""
+        return self._key
+
+    @property
+    def written(self) -> int:
+        """How many words of rows count of what is written."""
+        return self._written
+
+    def rows(self, first: int, last: int) -> Iterator[Int64Array]:
+        """Words of the rows that were found before, some at a time."""
+        with open(self._rows, "rb") as file:
+            file.seek(8 * first)
+            for place in range(first, last, PIECE):
+                yield np.fromfile(file, dtype=np.int64, count=min(PIECE, last - place))
+
+    def take_up(self, length: int, kept: int) -> bool:
+        """Whether the first *length* words of the rows are those that were written; the first *kept* count then."""
+        total = 0
+        try:
+            for first, last in ((0, kept), (kept, length)):
+                for piece in self.rows(first, last):
+                    total = _summed(total, piece)
+                if last == kept:
+                    self._sum = total
+            sound = bool(total == self._found["sum"])
+        except (OSError, KeyError):
+            sound = False
+        if not sound:
+            self._damaged()
+            self._sum = 0
+            return False
+        self._written = kept
+        return True
+
+    def write_pieces(self, pieces: list[tuple[int, Int64Array]]) -> tuple[int, int]:
+        """Write rows at places of the file, while other processes do; whether it went well, and their sum.
+
+        Nothing of it counts before :meth:`settle` says so.
+        """
+        total = 0
+        try:
+            handle = os.open(self._rows, os.O_WRONLY | os.O_CREAT, 0o600)
+            with open(handle, "wb", closefd=True) as file:
+                for place, rows in pieces:
+                    file.seek(8 * place)
+                    file.write(np.ascontiguousarray(rows).data.cast("B"))
+                    total = _summed(total, rows)
+                file.flush()
+                os.fsync(file.fileno())
+        except OSError as error:
+            self._owner.tell(f"no checkpoint: {error.strerror or error} ({self._owner.folder})")
+            return 0, 0
+        return 1, total - (1 << 64) if total >> 63 else total
+
+    def settle(self, total: int, written: int, tally: Tally, position: Position, *, first: bool) -> None:
+        """Have what all processes have written count: their sums, and how many words of rows there are now."""
+        self._sum, self._written = (self._sum + total) % (1 << 64), written
+        self._next = time.monotonic() + self._owner.every
+        if first:
+            try:
+                self._commit(tally, position)
+            except OSError as error:
+                self._owner.tell(f"no checkpoint: {error.strerror or error} ({self._owner.folder})")
+
     def _damaged(self) -> None:
         self._owner.tell(f"the checkpoint `{self._state}` is damaged; its search begins anew")
 
@@ -211,6 +291,11 @@ class Checkpoint:
             file.truncate()
             file.flush()
             os.fsync(file.fileno())
+        self._written, self._sum = len(rows), total
+        self._commit(tally, position)
+
+    def _commit(self, tally: Tally, position: Position) -> None:
+        """Say what counts from now on, whole or not at all."""
         number = self._number + 1
         moved = position.moved.tobytes()
         _replace(self._moved(number), moved)
@@ -218,14 +303,14 @@ class Checkpoint:
             "number": number,
             "moved": len(moved),
             "digest": sha256(moved).hexdigest(),
-            "sum": total,
+            "sum": self._sum,
             "tally": asdict(tally),
             "position": {name: getattr(position, name) for name in position.__slots__ if name != "moved"},
         }
         _replace(self._state, json.dumps(state).encode())
         with contextlib.suppress(OSError):
             self._moved(self._number).unlink()
-        self._number, self._written, self._sum = number, len(rows), total
+        self._number = number
 
     def _moved(self, number: int) -> Path:
         return self._owner.folder / f"{self._key}.{number}.moved"

@@ -156,7 +156,8 @@ class Crew:
         pending = deque((begin, min(last, begin + share)) for begin in range(first, last, share))
         short = False
         while pending:
-            step.rows = self._visited.rows
+            if not step.elsewhere:
+                step.rows = self._visited.rows
             ranges = [pending.popleft() for _ in range(min(len(pending), len(self.workers)))]
             reached = self.together(
                 self._producing(kernels, step, worker, begin, end) for worker, (begin, end) in enumerate(ranges)

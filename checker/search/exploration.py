@@ -15,8 +15,9 @@ import numpy as np
 from cspcheck.checker.arrays import Int64Array
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.packing.packed import PackedNetwork
+from cspcheck.checker.search.beyond import Beyond, prepared
 from cspcheck.checker.search.checkpoint import Checkpoints
-from cspcheck.checker.search.levels import NO_LIMITS, LevelSearch, Progress, StopReason
+from cspcheck.checker.search.levels import NO_LIMITS, Progress, StopReason
 from cspcheck.checker.search.tau_cycles import divergent_states_of_level, tau_cyclic_states
 from cspcheck.checker.search.walk import CHUNK, Transitions, Walk, transitions_of
 from cspcheck.checker.verdict import Limits
@@ -57,6 +58,7 @@ class Exploration:
             were completed are counted: after a limit the states of the unfinished level are left out, so that what
             is reported can be reproduced.
         transitions: of all states in ``levels``, one per distinct (source, event, target).
+        transitions_at: the same of the states up to each level.
         complete: whether every reachable state is in ``levels``.
         stop: why not, or None.
         found: states met when the search ended, those of an unfinished level included. After a limit it depends on
@@ -73,6 +75,7 @@ class Exploration:
     packed: PackedNetwork
     levels: tuple[int, ...]
     transitions: int
+    transitions_at: tuple[int, ...]
     complete: bool
     stop: StopReason | None
     found: int
@@ -95,7 +98,12 @@ class Exploration:
 
         A view; in a pair search a copy without the nodes, for which :meth:`states_at` is better.
         """
-        return self.states_at(slice(0, self.levels[-1]))
+        return self.states_at(slice(0, self.walk.levels[-1]))
+
+    @property
+    def is_partial(self) -> bool:
+        """Whether only the states are at hand that lead to what was found: the search was larger than memory."""
+        return self.walk.levels[-1] < self.levels[-1]
 
     def states_at(self, indices: Int64Array | slice) -> Int64Array:
         """The packed states with the given indices, shape (indices, words)."""
@@ -117,7 +125,7 @@ class Exploration:
 
     def deadlocked(self, level: int) -> Int64Array:
         """The states of a level that have no transition and are not the terminated state: ascending indices."""
-        first, last = self.levels[level], self.levels[level + 1]
+        first, last = self.walk.levels[level], self.walk.levels[level + 1]
         parts: list[Int64Array] = []
         for start in range(first, last, CHUNK):
             until = min(last, start + CHUNK)
@@ -154,7 +162,7 @@ class Exploration:
             ValueError: the exploration is not complete, or has more than *limit* states.
         """
         size = self.levels[-1]
-        if not self.complete:
+        if not self.complete or self.is_partial:
             raise ValueError("the exploration is not complete")
         if limit is not None and size > limit:
             raise ValueError(f"{size:,} states are more than {limit:,}")
@@ -184,6 +192,7 @@ def explore(
     notify: Callable[[str], None] | None = None,
     compiled: bool | None = None,
     checkpoints: Checkpoints | None = None,
+    beyond: Beyond | None = None,
 ) -> Exploration:
     """All reachable states of a network, breadth first.
 
@@ -199,9 +208,12 @@ def explore(
         compiled: True or False to use compiled or interpreted kernels throughout; None: change to the compiled ones
             when the machine turns out to be big. Results do not depend on it.
         checkpoints: where to write the search down now and then, and to go on from, if it is there.
+        beyond: where the search goes on, or is done, that may be too large for this process.
     """
-    search = LevelSearch(
+    search = prepared(
+        beyond,
         packed,
+        None,
         limits=limits,
         workers=workers,
         stop_at_deadlock=stop_at_deadlock,
@@ -217,16 +229,17 @@ def explore(
         packed,
         tuple(search.levels),
         search.transitions,
+        tuple(search.transitions_at),
         search.complete,
         search.stop,
-        search.visited.known,
+        search.known,
         search.deadlock_level,
         search.divergence_level,
         search.has_tau,
         search.branching,
         search.peak_memory_bytes,
         search.seconds,
-        Walk(packed, None, search.visited, tuple(search.levels)),
+        search.walk(),
     )
 
 

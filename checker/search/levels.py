@@ -24,10 +24,11 @@ from cspcheck.checker.search.crew import SHARED_CAPACITY, Crew
 from cspcheck.checker.search.expansion import CAPACITY, SMALL_CAPACITY, Expander
 from cspcheck.checker.search.pairs import Pairs
 from cspcheck.checker.search.visited import Visited
+from cspcheck.checker.search.walk import Walk
 from cspcheck.checker.search.worker import Step, Worker, drop_at_divergent_nodes
 from cspcheck.checker.verdict import Limits
 
-StopReason = Literal["states", "seconds", "memory", "found"]
+StopReason = Literal["states", "seconds", "memory", "disk", "found"]
 """Why a search ended early: a limit, or the first level with what was looked for."""
 
 INTERPRETED_TRANSITIONS = 8_000
@@ -84,6 +85,7 @@ class LevelSearch:
         self.packed = packed
         self.pairs = pairs
         self.levels = [0]
+        self.transitions_at: list[int] = []
         self.transitions = 0
         self.stop: StopReason | None = None
         self.complete = False
@@ -117,11 +119,19 @@ class LevelSearch:
         self._checkpoint = None if checkpoints is None else checkpoints.search(packed, pairs, aims)
 
     @property
+    def known(self) -> int:
+        """How many states have been found."""
+        return self.visited.known
+
+    @property
     def branching(self) -> bool:
         """Whether some state was seen to have two targets for one visible event."""
-        workers = [self._worker, *(self._crew.workers if self._crew else ())]
-        here = any(worker.expander.scratch.branching[0] != 0 for worker in workers)
+        here = any(worker.expander.scratch.branching[0] != 0 for worker in self._all_workers())
         return here or self._earlier_branching
+
+    def walk(self) -> Walk:
+        """What the search has found, to be walked about in."""
+        return Walk(self.packed, self.pairs, self.visited, tuple(self.levels))
 
     def run(self) -> None:
         """Search until everything is explored, what is looked for is found, or a limit is reached."""
@@ -143,7 +153,7 @@ class LevelSearch:
             if self.pairs is not None:
                 initial = self.pairs.join(initial.reshape(1, -1), np.array([self.pairs.root]))
             self._insert(initial.copy(), 1)
-            self._at = Position(end=self.visited.known)
+            self._at = Position(end=self.known)
         while not self.complete and self.stop is None:
             self._explore_level(self.levels[-1])
 
@@ -157,15 +167,15 @@ class LevelSearch:
                 self.has_tau |= taus > 0
                 if taus and self._look_for_divergence:
                     at.divergence = self._has_tau_cycle(start)
-            at.visible, at.first, at.end = True, start, self.visited.known
+            at.visible, at.first, at.end = True, start, self.known
         self._expand(self.packed.visible, visible=True, start=start)
         self._finish_level(at.end, at.divergence)
-        self._at = Position(done=at.end, first=at.end, end=self.visited.known, before=self._all_transitions())
+        self._at = Position(done=at.end, first=at.end, end=self.known, before=self._all_transitions())
 
     def _close_under_tau(self, start: int) -> None:
         """Add all states that taus lead to from the level, wave by wave, and note which rows have taus."""
         at = self._at
-        while at.done < self.visited.known:
+        while at.done < self.known:
             if len(at.moved) < at.end - start:
                 grown = np.zeros(at.end - start, dtype=np.uint8)
                 grown[: len(at.moved)] = at.moved
@@ -173,7 +183,7 @@ class LevelSearch:
             self._level_bytes = at.moved.nbytes
             self._expand(self.packed.tau, visible=False, start=start)
             at.done = at.first = at.end
-            at.end = self.visited.known
+            at.end = self.known
 
     def _resumed(self) -> bool:
         """Take up the search where it was written down, if it was."""
@@ -189,6 +199,7 @@ class LevelSearch:
         self._earlier_deadlocks, self._earlier_violated = tally.deadlocks, tally.violated
         self._earlier_branching = tally.branching
         self.levels, self.has_tau = tally.levels, tally.has_tau
+        self.transitions_at = tally.transitions_at
         self.transitions = self._at.before
         self.deadlock_level, self.divergence_level = tally.deadlock_level, tally.divergence_level
         self.violation_level = tally.violation_level
@@ -198,10 +209,11 @@ class LevelSearch:
     def _write_checkpoint(self) -> None:
         """Write down where the search is: between two runs of rows everything that was found is in place."""
         assert self._checkpoint is not None
-        workers = [self._worker, *(self._crew.workers if self._crew else ())]
+        workers = self._all_workers()
         tally = Tally(
             self.visited.known,
             self.levels,
+            self.transitions_at,
             self._all_transitions(),
             self._earlier_deadlocks + sum(worker.deadlocks for worker in workers),
             self._earlier_violated | functools.reduce(operator.or_, (int(worker.violated) for worker in workers)),
@@ -214,17 +226,16 @@ class LevelSearch:
         self._checkpoint.write(self.visited.rows, self.visited.stride, tally, self._at)
 
     def _finish_level(self, end: int, divergence: bool) -> None:
-        limit = self._limits.states
-        if limit is not None and self.visited.known > limit:
-            # Where in a level the limit is noticed depends on chance; that the level reaches it does not.
-            raise Stopped("states")
+        # Where in a level the limit is noticed depends on chance; that the level reaches it does not.
+        self._check_states()
         level = len(self.levels) - 1
-        workers = [self._worker, *(self._crew.workers if self._crew else ())]
+        workers = self._all_workers()
         deadlocks = self._earlier_deadlocks + sum(worker.deadlocks for worker in workers)
         violated = self._earlier_violated or any(worker.violated for worker in workers)
         violated = violated or (divergence and self.pairs is not None)
         self.levels.append(end)
         self.transitions = self._all_transitions()
+        self.transitions_at.append(self.transitions)
         if divergence and self.divergence_level is None:
             self.divergence_level = level
         if deadlocks and self.deadlock_level is None:
@@ -236,9 +247,12 @@ class LevelSearch:
             or (self._stop_at_divergence and self.divergence_level is not None)
             or (self._stop_at_violation and self.violation_level is not None)
         )
-        self.complete = end == self.visited.known
+        self.complete = end == self.known
         if found and not self.complete:
             self.stop = "found"
+
+    def _all_workers(self) -> list[Worker]:
+        return [self._worker, *(self._crew.workers if self._crew else ())]
 
     def _all_transitions(self) -> int:
         return self._worker.transitions + (self._crew.transitions if self._crew else 0)
@@ -249,20 +263,31 @@ class LevelSearch:
         step = Step(index, visible, self.visited.rows, start, at.moved)
         while at.first < last:
             first = at.first
+            self._before_rows()
             self._check(last - first)
             if self._checkpoint is not None and self._checkpoint.is_due():
                 self._write_checkpoint()
-            if self._workers > 1 and last - first >= PARALLEL_ROWS and (self._crew is None or self._crew.divided):
+            step.rows = self.visited.rows
+            if self._is_worth_sharing(last - first):
                 at.first = self._share(step, first, last)
                 continue
             most = CAPACITY if self._kernels.compiled else INTERPRETED_ROWS
             until = min(last, first + most)
-            step.rows = self.visited.rows
-            if self.pairs is not None:
-                self.pairs.prepare(step.rows, first, until)
-            reached = self._worker.produce(self._kernels, step, first, until)
-            self._insert(self._worker.expander.targets, self._worker.expander.count)
-            at.first = reached
+            at.first = self._expand_rows(step, first, until)
+
+    def _before_rows(self) -> None:
+        """Called before each run of rows is expanded."""
+
+    def _expand_rows(self, step: Step, first: int, until: int) -> int:
+        """Expand rows in this thread and add their successors; the first row that was left."""
+        if self.pairs is not None:
+            self.pairs.prepare(step.rows, first, until)
+        reached = self._worker.produce(self._kernels, step, first, until)
+        self._insert(self._worker.expander.targets, self._worker.expander.count)
+        return reached
+
+    def _is_worth_sharing(self, rows: int) -> bool:
+        return self._workers > 1 and rows >= PARALLEL_ROWS and (self._crew is None or self._crew.divided)
 
     def _share(self, step: Step, first: int, last: int) -> int:
         """Expand rows with all workers; the first row that was left."""
@@ -272,7 +297,7 @@ class LevelSearch:
             self._crew.divide(self._kernels)
         until = min(last, first + self._crew.rows_per_round)
         if self.pairs is not None:
-            self.pairs.prepare(self.visited.rows, first, until)
+            self.pairs.prepare(step.rows, first, until)
         self._crew.round(self._kernels, step, first, until, self._make_room)
         return until
 
@@ -289,18 +314,28 @@ class LevelSearch:
 
     def _make_room(self) -> None:
         """Grow the visited states, as far as the limits allow."""
-        limits = self._limits
-        if limits.states is not None and self.visited.known > limits.states:
-            raise Stopped("states")
+        self._check_states()
         needed = self._other_bytes() + self.visited.bytes_after_growth()
-        if limits.memory_bytes is not None and needed > limits.memory_bytes:
-            raise Stopped("memory")
+        if self._limits.memory_bytes is not None and needed > self._limits.memory_bytes:
+            self._memory_reached()
         self._note_peak()
         if self._crew is not None:
             self._crew.grow(self._kernels)
         else:
             self.visited.grow(self._kernels)
         self._note_peak()
+
+    def _memory_reached(self) -> None:
+        """Do what is to be done when there is no memory left: give up."""
+        raise Stopped("memory")
+
+    def _check_states(self) -> None:
+        if self._limits.states is not None and self.known > self._limits.states:
+            raise Stopped("states")
+
+    def _write_last_checkpoint(self) -> None:
+        if self._checkpoint is not None:
+            self._write_checkpoint()
 
     def _other_bytes(self) -> int:
         """The memory of everything but the visited states."""
@@ -314,22 +349,18 @@ class LevelSearch:
     def _check(self, frontier: int) -> None:
         """Hold the search against its limits, tell of its progress, and change to compiled kernels when it is big."""
         limits, now = self._limits, working_time()
-        if limits.states is not None and self.visited.known > limits.states:
-            raise Stopped("states")
-        reached: StopReason | None = None
+        self._check_states()
         if limits.seconds is not None and now - self._started > limits.seconds:
-            reached = "seconds"
-        elif limits.memory_bytes is not None and self._other_bytes() + self.visited.bytes > limits.memory_bytes:
-            reached = "memory"
-        if reached is not None:
-            if self._checkpoint is not None:
-                self._write_checkpoint()
-            raise Stopped(reached)
+            self._write_last_checkpoint()
+            raise Stopped("seconds")
+        if limits.memory_bytes is not None and self._other_bytes() + self.visited.bytes > limits.memory_bytes:
+            self._write_last_checkpoint()
+            self._memory_reached()
         if self._progress is not None and now - self._told >= PROGRESS_SECONDS:
             self._told = now
             self._progress(
                 Progress(
-                    self.visited.known,
+                    self.known,
                     self._all_transitions(),
                     len(self.levels) - 1,
                     frontier,
@@ -345,7 +376,11 @@ class LevelSearch:
 
     def _has_tau_cycle(self, start: int) -> bool:
         """Whether taus go round among the rows of the level that starts at *start*."""
-        kernels, visited = self._kernels, self.visited
+        return self._goes_round(self.visited, start)
+
+    def _goes_round(self, visited: Visited, start: int) -> bool:
+        """Whether taus go round among some rows from *start* on."""
+        kernels = self._kernels
         size = visited.known - start
         made = Expander.for_rows(self.packed, visited.stride, size)
         arrivals = np.zeros(size, dtype=np.int32)

@@ -10,18 +10,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-
 from cspcheck.checker.arrays import Int64Array
-from cspcheck.checker.kernels.jit import kernels_for
-from cspcheck.checker.kernels.pairs import REFUSAL
 from cspcheck.checker.packing.packed import PackedNetwork
+from cspcheck.checker.search.beyond import Beyond, prepared
 from cspcheck.checker.search.checkpoint import Checkpoints
-from cspcheck.checker.search.expansion import Expander
 from cspcheck.checker.search.exploration import Exploration
-from cspcheck.checker.search.levels import NO_LIMITS, LevelSearch, Progress
+from cspcheck.checker.search.levels import NO_LIMITS, Progress
 from cspcheck.checker.search.pairs import LazyNormalForm, Pairs
-from cspcheck.checker.search.walk import CHUNK, Walk, transitions_of
+from cspcheck.checker.search.walk import CHUNK, refusing_rows, transitions_of
 from cspcheck.checker.specification.normal_form import NormalForm, Semantics
 from cspcheck.checker.verdict import Limits
 
@@ -68,7 +64,7 @@ class PairExploration(Exploration):
     @property
     def nodes(self) -> Int64Array:
         """The specification's node of each pair, shape (states,)."""
-        return self.pairs.nodes(self.walk.span(0, self.levels[-1]))
+        return self.pairs.nodes(self.walk.span(0, self.walk.levels[-1]))
 
     def violations(self, level: int | None = None) -> tuple[Violation, ...]:
         """The violations by pairs of a level (by default the first that has any), in the order (index, kind, event)."""
@@ -79,10 +75,12 @@ class PairExploration(Exploration):
         found: list[Violation] = []
         if self.model == "FD":
             found += [Violation(index, "divergence", -1) for index in self.tau_cyclic(level).tolist()]
-        first, last = self.levels[level], self.levels[level + 1]
+        first, last = self.walk.levels[level], self.walk.levels[level + 1]
         for start in range(first, last, CHUNK):
             rows = self.walk.span(start, min(last, start + CHUNK))
-            found += [Violation(start + row, "refusal", -1) for row in self._refusing(rows).tolist()]
+            found += [
+                Violation(start + row, "refusal", -1) for row in refusing_rows(self.packed, self.pairs, rows).tolist()
+            ]
             found += [Violation(start + row, "trace", event) for row, event in self._forbidden(rows)]
         return tuple(sorted(found, key=lambda violation: (violation.index, violation.kind, violation.event)))
 
@@ -92,39 +90,6 @@ class PairExploration(Exploration):
         chosen = found.nodes < 0
         events = self.packed.events[found.events[chosen]]
         return sorted(set(zip(found.sources[chosen].tolist(), events.tolist(), strict=True)))
-
-    def _refusing(self, rows: Int64Array) -> Int64Array:
-        """Which of the given flat rows refuse too much."""
-        size = len(rows) // self.pairs.stride
-        kernels = kernels_for(size)
-        moved = np.zeros(size, dtype=np.uint8)
-        moved[transitions_of(self.packed, self.pairs, rows, [self.packed.tau]).sources] = 1
-        made = Expander.for_rows(self.packed, self.pairs.stride, size)
-        verdicts = np.zeros(size, dtype=np.uint8)
-        offered = np.full_like(self.pairs.guide.offered, -1)
-        guide = self.pairs.guide._replace(offered=offered)
-        first = 0
-        while first < size:
-            reached = made.run(kernels, self.packed.visible, rows, first, size)
-            judged = np.zeros(made.rows, dtype=np.uint8)
-            kernels.follow(
-                guide,
-                rows,
-                first,
-                made.rows,
-                made.stride,
-                1,
-                moved,
-                first,
-                made.offsets,
-                made.targets,
-                made.events,
-                made.fired,
-                judged,
-            )
-            verdicts[first:reached] = judged
-            first = reached
-        return np.flatnonzero(verdicts & REFUSAL)
 
 
 def explore_pairs(
@@ -139,6 +104,7 @@ def explore_pairs(
     notify: Callable[[str], None] | None = None,
     compiled: bool | None = None,
     checkpoints: Checkpoints | None = None,
+    beyond: Beyond | None = None,
 ) -> PairExploration:
     """Search the reachable pairs for one that breaks ``specification [model= network``.
 
@@ -148,7 +114,8 @@ def explore_pairs(
     Args are those of :func:`cspcheck.checker.search.exploration.explore`.
     """
     pairs = Pairs(specification, packed.layout, packed.events)
-    search = LevelSearch(
+    search = prepared(
+        beyond,
         packed,
         pairs,
         limits=limits,
@@ -165,16 +132,17 @@ def explore_pairs(
         packed,
         tuple(search.levels),
         search.transitions,
+        tuple(search.transitions_at),
         search.complete,
         search.stop,
-        search.visited.known,
+        search.known,
         None,
         search.divergence_level,
         search.has_tau,
         False,
         search.peak_memory_bytes,
         search.seconds,
-        Walk(packed, pairs, search.visited, tuple(search.levels)),
+        search.walk(),
         model,
         search.violation_level,
     )

@@ -185,6 +185,19 @@ class Visited:
         self.rebuild(kernels, bits, 0)
         return filled
 
+    def clear(self, bits: int) -> None:
+        """Forget all rows, and have a table of so many bits; what is not needed for it is given back."""
+        self.note_peak()
+        self.known = 0
+        if bits == self.bits:
+            self.table.fill(-1)
+            return
+        del self.table
+        self.rows = np.zeros(0, dtype=np.int64)
+        self._row_space = self._table_space = None
+        self.bits = 0
+        self._take_room(bits)
+
     def insert(
         self, kernels: Kernels, targets: Int64Array, begin: int, end: int, numbers: Int64Array = NO_NUMBERS
     ) -> int:

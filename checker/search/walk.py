@@ -10,6 +10,7 @@ import numpy as np
 from cspcheck.checker.arrays import BoolArray, Int64Array
 from cspcheck.checker.kernels.arrays import Index
 from cspcheck.checker.kernels.jit import Kernels, kernels_for
+from cspcheck.checker.kernels.pairs import REFUSAL
 from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.search.expansion import Expander
 from cspcheck.checker.search.pairs import Pairs
@@ -85,6 +86,40 @@ def _with_nodes(kernels: Kernels, pairs: Pairs, rows: Int64Array, found: Transit
     kernels.nodes_after(pairs.guide, before, found.sources, events, len(nodes), nodes)
     targets = pairs.join(pairs.states(found.targets), np.where(nodes < 0, before[found.sources], nodes))
     return Transitions(found.sources, found.events, found.rules, targets, nodes)
+
+
+def refusing_rows(packed: PackedNetwork, pairs: Pairs, rows: Int64Array) -> Int64Array:
+    """Which of the given flat rows of pairs refuse more than their node allows."""
+    size = len(rows) // pairs.stride
+    kernels = kernels_for(size)
+    moved = np.zeros(size, dtype=np.uint8)
+    moved[transitions_of(packed, pairs, rows, [packed.tau]).sources] = 1
+    made = Expander.for_rows(packed, pairs.stride, size)
+    verdicts = np.zeros(size, dtype=np.uint8)
+    offered = np.full_like(pairs.guide.offered, -1)
+    guide = pairs.guide._replace(offered=offered)
+    first = 0
+    while first < size:
+        reached = made.run(kernels, packed.visible, rows, first, size)
+        judged = np.zeros(made.rows, dtype=np.uint8)
+        kernels.follow(
+            guide,
+            rows,
+            first,
+            made.rows,
+            made.stride,
+            1,
+            moved,
+            first,
+            made.offsets,
+            made.targets,
+            made.events,
+            made.fired,
+            judged,
+        )
+        verdicts[first:reached] = judged
+        first = reached
+    return np.flatnonzero(verdicts & REFUSAL)
 
 
 class Walk:

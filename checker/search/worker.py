@@ -26,6 +26,7 @@ class Step:
         rows: the visited rows.
         start: the first row of the level.
         moved: which rows of the level have taus; empty if none can.
+        elsewhere: whether *rows* are others than those of the visited states.
     """
 
     index: Index
@@ -33,6 +34,7 @@ class Step:
     rows: Int64Array
     start: int
     moved: UInt8Array
+    elsewhere: bool = False
 
 
 class Worker:

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 @script_options
 @limit_options
 @click.option("--coverage", is_flag=True, help="Say what never happens in a check that passes.")
+@click.option("--cluster", is_flag=True, help="Search with all processes that `mpiexec` has started (needs MPI).")
 @click.option("--watch", is_flag=True, help="Check again what changes, until Ctrl-C.")
 @manner_options
 def command(**options: Any) -> None:
@@ -43,9 +44,25 @@ def command(**options: Any) -> None:
     """
     from cspcheck.selection import targets
 
+    if options["cluster"]:
+        finish(_checked_together(options, targets(options["files"])))
     if not options["watch"]:
         finish(_check(options, targets(options["files"])))
     finish(_watch(options))
+
+
+def _checked_together(options: dict[str, Any], goals: Sequence[Target | EmptyFolder]) -> int:
+    """Check with all processes that were started; the exit code, which the first one has."""
+    from cspcheck.cli.cluster import together
+
+    for option in ("spill", "watch"):
+        if options[option]:
+            raise click.UsageError(f"`--{option}` is for one process, `--cluster` for several: say which")
+    code = 0
+    with together() as first:
+        if first:
+            code = int(_check(options, goals))
+    return code
 
 
 def _check(options: dict[str, Any], goals: Sequence[Target | EmptyFolder]) -> Exit:

@@ -133,6 +133,8 @@ def settings(options: Mapping[str, Any], overrides: Mapping[str, str]) -> Settin
         include_roots=options["include_roots"],
         checkpoint=_checkpoint(options),
         resume=options["resume"] is not None,
+        spill=options["spill"],
+        cluster=options.get("cluster", False),
     )
 
 
@@ -226,11 +228,14 @@ def defined_names(ctx: click.Context, parameter: click.Parameter, incomplete: st
         tree = parse(read(ctx.params["file"]))
     except (ScriptError, KeyError, TypeError):
         return []
-    names = [
-        declaration.pattern.text
-        for declaration in tree.declarations
-        if isinstance(declaration, syntax.PatternDefinition) and isinstance(declaration.pattern, syntax.NamePattern)
-    ]
+    names: list[str] = []
+    pending = list(reversed(tree.declarations))
+    while pending:
+        declaration = pending.pop()
+        if isinstance(declaration, syntax.IncludeDeclaration | syntax.TimedDeclaration):
+            pending += reversed(declaration.declarations)
+        elif isinstance(declaration, syntax.PatternDefinition) and isinstance(declaration.pattern, syntax.NamePattern):
+            names.append(declaration.pattern.text)
     return [name for name in dict.fromkeys(names) if name.startswith(incomplete)]
 
 
@@ -304,6 +309,12 @@ limit_options = _all(
         type=click.Path(),
         metavar="FOLDER",
         help="Go on from the checkpoints in FOLDER.",
+    ),
+    click.option(
+        "--spill",
+        type=click.Path(),
+        metavar="FOLDER",
+        help="Where a search goes on, on disk, that is larger than the memory it may use.",
     ),
     click.option("--workers", type=NUMBER, metavar="N", help="Search threads.  [default: the machine's cores]"),
     typecheck_option,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import given, settings
 
+from cspcheck.checker.explain import blocked_terms
 from cspcheck.checker.explain.blocked_slots import blocked, shortest_cycle
 from cspcheck.checker.explain.blocked_terms import waiting
 from cspcheck.checker.explain.running import Runner
@@ -141,3 +142,9 @@ def test_forever_is_named_by_its_definition() -> None:
         "Left": ["Right"],
         "Right": ["Left"],
     }
+
+
+def test_who_has_too_many_transitions_to_look_at_may_be_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    process = share(events(a), P, interleave(named("Q", b, a), R))
+    monkeypatch.setattr(blocked_terms, "TRANSITIONS_LOOKED_AT", 0)
+    assert waits_as_terms(process) == {"P": ["Q", "R"]}

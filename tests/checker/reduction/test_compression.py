@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from cspcheck.checker.lts import Lts, machine
+from cspcheck.checker.reduction import partition
 from cspcheck.checker.reduction.bisimulation import tau_abstracting_partition, tau_components
 from cspcheck.checker.reduction.compression import COMPRESSIONS
 from cspcheck.checker.reduction.partition import coarsest_partition
@@ -118,6 +119,20 @@ def test_a_partition_refines_its_initial_one_and_equals_the_fixpoint(rows: Rows,
 
     expected = obvious_classes(rows, initial)
     assert found.tolist() == [list(dict.fromkeys(expected)).index(c) for c in expected]
+
+
+@given(
+    rows=machines(states=8, events=2),
+    initial=st.lists(st.integers(0, 2), min_size=9, max_size=9),
+    most=st.integers(0, 6),
+)
+def test_a_partition_that_is_made_in_pieces_is_the_same(rows: Rows, initial: list[int], most: int) -> None:
+    given_classes = np.array(initial[: len(rows)])
+    expected = coarsest_partition(lts(rows), given_classes).tolist()
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(partition, "MOST", most)
+        assert coarsest_partition(lts(rows), given_classes).tolist() == expected
 
 
 @given(rows=machines(states=8, events=1))
