@@ -19,7 +19,7 @@ from cspcheck.checker.reduction.bisimulation import strong_bisimulation
 from cspcheck.checker.reduction.compression import COMPRESSIONS
 from cspcheck.checker.reduction.priority import prioritised, prioritised_by_order
 from cspcheck.checker.semantics.external import FOLLOWING
-from cspcheck.checker.semantics.machine_states import ExplicitMachine
+from cspcheck.checker.semantics.machine_states import ExplicitMachine, MachineParts
 from cspcheck.checker.semantics.transitions import Semantics
 from cspcheck.checker.verdict import Limits
 from cspcheck.cspm.diagnostics import ScriptError
@@ -33,12 +33,16 @@ UNDER_PRIORITY = frozenset({"sbisim", "dbisim", "wbisim", "tau_loop_factor", "ex
 
 MOST_STATES = 200_000
 """A machine is given up where its operand has more states than this by itself."""
+TURNS = (2_000, 20_000, MOST_STATES)
+"""A priority and its operand are looked at in turns, with ever more states: a priority may leave next to nothing of an
+operand that has nearly no end, and may itself have none although its operand is small."""
 MOST_NESTED = 40
 """Machines being built inside one another; a recursion through compressions may never end."""
 
 Explore = Callable[[Compiler, Process, Budget], Lts]
 """The explicit machine of a process, compiled by a compiler; see :class:`MachineTerms`."""
 Surroundings = Literal["any", "priority"]
+_Applied = Compressed | Prioritised | External
 
 
 class MachineTerms:
@@ -51,6 +55,7 @@ class MachineTerms:
         original: compiles processes without machines: what all this must be held against.
         compiler: compiles them with machines.
         budget: what may be used at the moment.
+        whole: the priority that is searched as a whole, and so becomes a machine only for machines inside it.
     """
 
     def __init__(self, explore: Explore) -> None:
@@ -58,6 +63,8 @@ class MachineTerms:
         self._known: dict[tuple[Surroundings, Process], Process | None] = {}
         self._building: set[tuple[Surroundings, Process]] = set()
         self.budget: Budget | None = None
+        self.whole: Process | None = None
+        self._large: set[Process] = set()
         self.original = Compiler()
         followed = self.original.semantics
         self._strict = Compiler(semantics=Semantics(self._under_priority, followed=followed))
@@ -84,7 +91,7 @@ class MachineTerms:
         key = (surroundings, term)
         if key in self._known:
             return self._known[key]
-        if key in self._building or len(self._building) >= MOST_NESTED:
+        if key in self._building or len(self._building) >= MOST_NESTED or (term == self.whole and term in self._large):
             return None
         self._building.add(key)
         try:
@@ -92,33 +99,64 @@ class MachineTerms:
                 found = self._built(surroundings, term)
         finally:
             self._building.discard(key)
-        self._known[key] = found
+        if found is None and term == self.whole:
+            self._large.add(term)
+        else:
+            self._known[key] = found
         return found
 
     def _built(self, surroundings: Surroundings, term: Process) -> Process | None:
         assert isinstance(term, (Compressed, Prioritised, External))
         compiler = self.compiler if surroundings == "any" else self._strict
-        budget = (self.budget or Budget(Limits())).narrowed(MOST_STATES)
+        budget = self.budget or Budget(Limits())
         try:
             state = compiler.semantics.state(term.process)
-            if isinstance(state, MachineState):
-                assert isinstance(state.machine, ExplicitMachine)
-                lts = reachable(replace(state.machine.lts, root=state.state))
-            else:
-                lts = self._explore(compiler, term.process, budget)
+        except ScriptError:  # where nothing in its company ever gets, perhaps
+            return None
+        if isinstance(term, Compressed):
+            turns: tuple[int, ...] = (MOST_STATES,)
+        else:
+            # A whole without machines inside is searched as a network.
+            turns = TURNS if term != self.whole or MachineParts()(state) else ()
+        for most in turns:
+            lts = self._operand(compiler, state, term.process, budget.narrowed(most))
+            if lts is not None:
+                return _machine_of(term, lts, budget)
+            if not isinstance(term, Compressed):
+                lts = self._tried(self.original, term, budget.narrowed(most))
+                if lts is not None:
+                    machine = ExplicitMachine(strong_bisimulation(lts), term)
+                    return machine.term(machine.lts.root)
+        return None
+
+    def _operand(self, compiler: Compiler, state: Process, process: Process, budget: Budget) -> Lts | None:
+        """The machine of what a function is applied to, which is in *state*; None if it has too many states."""
+        if isinstance(state, MachineState):
+            assert isinstance(state.machine, ExplicitMachine)
+            return reachable(replace(state.machine.lts, root=state.state))
+        return self._tried(compiler, process, budget)
+
+    def _tried(self, compiler: Compiler, process: Process, budget: Budget) -> Lts | None:
+        """The machine of a process; None if it has too many states."""
+        try:
+            return self._explore(compiler, process, budget)
         except (Incomplete, LimitReached, ScriptError):
-            # The operand may be without end, or wrong, where nothing in its company ever gets.
+            # It may be without end, or wrong, where nothing in its company ever gets.
             if budget.is_over():
                 raise
             return None
-        name = term.function if isinstance(term, (Compressed, External)) else "prioritise"
-        with during(f"applying `{name}` to a component of {lts.states:,} states"):
-            budget.check_time()
-            machine = ExplicitMachine(_reduced(term, lts), term)
-        return machine.term(machine.lts.root)
 
 
-def _reduced(term: Compressed | Prioritised | External, lts: Lts) -> Lts:
+def _machine_of(term: _Applied, operand: Lts, budget: Budget) -> Process:
+    """The state of the machine that a function makes of its operand's."""
+    name = "prioritise" if isinstance(term, Prioritised) else term.function
+    with during(f"applying `{name}` to a component of {operand.states:,} states"):
+        budget.check_time()
+        machine = ExplicitMachine(_reduced(term, operand), term)
+    return machine.term(machine.lts.root)
+
+
+def _reduced(term: _Applied, lts: Lts) -> Lts:
     if isinstance(term, Compressed):
         return COMPRESSIONS[term.function](lts)
     if isinstance(term, Prioritised):

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from itertools import count
 
+from cspcheck.checker.explain.joining import Missing, joined, linked, renamed, within
 from cspcheck.checker.network.network import Network
-from cspcheck.cspm.process.events import TAU, TICK, EventSet
+from cspcheck.cspm.process.events import TAU, TICK
 from cspcheck.cspm.process.terms import (
     AlphabetisedParallel,
     Compressed,
@@ -110,16 +111,15 @@ class _Walk:
             process = process.body() if isinstance(process, Reference) else process.process
         match process:
             case Parallel():
-                parts = [self._part(operand) for operand in process.operands]
-                return self._together(parts, [process.events] * len(parts))
+                parts, slots = self._parts(process.operands)
+                return joined(parts, [process.events] * len(parts), self._note(slots))
             case AlphabetisedParallel():
-                parts = [self._part(operand) for operand in process.operands]
-                for (found, _), alphabet in zip(parts, process.alphabets, strict=True):
-                    for event in [event for event in found if event != TICK and event not in alphabet]:
-                        del found[event]
-                return self._together(parts, process.alphabets)
+                parts, slots = self._parts(process.operands)
+                parts = [within(part, alphabet) for part, alphabet in zip(parts, process.alphabets, strict=True)]
+                return joined(parts, process.alphabets, self._note(slots))
             case LinkedParallel():
-                return self._linked(process)
+                parts, slots = self._parts((process.left, process.right))
+                return linked(parts[0], parts[1], process.links, self._note(slots), lambda moves: None)
             case Hide():
                 found = self.origins(process.process)
                 return {event: moves for event, moves in found.items() if event not in process.events}
@@ -127,7 +127,7 @@ class _Walk:
                 found = self.origins(process.process)
                 return {event: moves for event, moves in found.items() if event == TICK or event in process.events}
             case Rename():
-                return self._renamed(self.origins(process.process), process.pairs)
+                return renamed(self.origins(process.process), process.pairs)
             case Prioritised() | External(function="prioritisepo") if self._network.is_prioritised:
                 return self.origins(process.process)
         slot = next(self._next)
@@ -141,54 +141,18 @@ class _Walk:
         slots = self._network.slots
         return slots[self.slots].compressed if self.slots < len(slots) else None
 
-    def _part(self, operand: Process) -> tuple[dict[int, set[Move]], range]:
-        first = self.slots
-        found = self.origins(operand)
-        return found, range(first, self.slots)
+    def _parts(self, operands: Iterable[Process]) -> tuple[list[dict[int, set[Move]]], list[range]]:
+        """What each operand can ever perform, and its slots."""
+        parts, slots = [], []
+        for operand in operands:
+            first = self.slots
+            parts.append(self.origins(operand))
+            slots.append(range(first, self.slots))
+        return parts, slots
 
-    def _together(
-        self, parts: list[tuple[dict[int, set[Move]], range]], alphabets: Iterable[EventSet]
-    ) -> dict[int, set[Move]]:
-        """Join operands that perform the events of their alphabets only with all others that have them in theirs."""
-        alphabets = tuple(alphabets)
-        merged: dict[int, set[Move]] = {}
-        for event in sorted({event for found, _ in parts for event in found}):
-            having = [i for i, (found, _) in enumerate(parts) if event in found]
-            moves = {move for i in having for move in parts[i][0][event]}
-            sharing = [i for i, alphabet in enumerate(alphabets) if event == TICK or event in alphabet]
-            lacking = [i for i in sharing if i not in having]
-            if lacking:
-                self._block(moves, [parts[i][1] for i in lacking])
-            else:
-                merged[event] = moves
-        return merged
+    def _note(self, slots: list[range]) -> Callable[[set[Move], Missing], None]:
+        def note(moves: set[Move], missing: Missing) -> None:
+            for move in moves:
+                self.stuck.setdefault(move, set()).update(slot for operand, _ in missing for slot in slots[operand])
 
-    def _linked(self, process: LinkedParallel) -> dict[int, set[Move]]:
-        (left, left_slots), (right, right_slots) = self._part(process.left), self._part(process.right)
-        for event, partner in (*process.links, (TICK, TICK)):
-            if event in left and partner not in right:
-                self._block(left[event], [right_slots])
-            if partner in right and event not in left:
-                self._block(right[partner], [left_slots])
-        both = {TICK} if TICK in left and TICK in right else set()
-        linked = tuple({link[side] for link in process.links} | ({TICK} - both) for side in (0, 1))
-        merged: dict[int, set[Move]] = {}
-        for found, gone in zip((left, right), linked, strict=True):
-            for event, moves in found.items():
-                if event not in gone:
-                    merged.setdefault(event, set()).update(moves)
-        return merged
-
-    def _renamed(self, found: dict[int, set[Move]], pairs: Iterable[tuple[int, int]]) -> dict[int, set[Move]]:
-        new: dict[int, list[int]] = {}
-        for old, name in pairs:
-            new.setdefault(old, []).append(name)
-        renamed: dict[int, set[Move]] = {}
-        for event, moves in found.items():
-            for name in new.get(event, (event,)):
-                renamed.setdefault(name, set()).update(moves)
-        return renamed
-
-    def _block(self, moves: Iterable[Move], partners: Iterable[range]) -> None:
-        for move in moves:
-            self.stuck.setdefault(move, set()).update(slot for partner in partners for slot in partner)
+        return note

@@ -6,8 +6,9 @@ its state offers and, where it is cheap to find out, which events it can ever pe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 
+from cspcheck.checker.explain.joining import Missing, joined, linked, renamed, within
 from cspcheck.checker.explain.running import Component, Running, Tree
 from cspcheck.checker.semantics.parallel import is_ready
 from cspcheck.checker.semantics.steps import Step
@@ -83,17 +84,18 @@ class _Waiting:
         parts = [self.offers(child, q, clocks) for child, q in zip(tree.children, state.active(), strict=True)]
         match state:
             case Parallel():
-                return self._joined(tree, state, parts, [state.events] * len(parts), alone=True)
+                return joined(parts, [state.events] * len(parts), self._note(tree, state))
             case AlphabetisedParallel():
-                return self._joined(tree, state, parts, state.alphabets, alone=False)
+                parts = [within(part, alphabet) for part, alphabet in zip(parts, state.alphabets, strict=True)]
+                return joined(parts, state.alphabets, self._note(tree, state))
             case LinkedParallel():
-                return self._linked(tree, state, parts)
+                return linked(parts[0], parts[1], state.links, self._note(tree, state), self.possible.update)
             case Hide():
                 return self._hidden(parts[0], lambda event: event in state.events)
             case Project():
                 return self._hidden(parts[0], lambda event: event != TICK and event not in state.events)
             case Rename():
-                return _renamed(parts[0], state.pairs)
+                return renamed(parts[0], state.pairs)
         # Of the others only priority keeps a component from what it could do, and nobody plays a part in that.
         merged: Offers = {}
         for part in parts:
@@ -106,46 +108,14 @@ class _Waiting:
             self.possible |= part.pop(event)
         return part
 
-    def _joined(
-        self, tree: Tree, state: Process, parts: list[Offers], alphabets: Iterable[EventSet], *, alone: bool
-    ) -> Offers:
-        """Operands that perform the events of their alphabets together, others alone or not at all."""
-        alphabets = list(alphabets)
-        operands = state.active()
-        merged: Offers = {}
-        for event in sorted({event for part in parts for event in part}):
-            sharing = [i for i, alphabet in enumerate(alphabets) if event == TICK or event in alphabet]
-            having = [i for i, part in enumerate(parts) if event in part and (alone or i in sharing)]
-            offers = {offer for i in having for offer in parts[i][event]}
-            if not having:
-                continue
-            missing = [i for i in sharing if i not in having]
-            if missing:
-                self._note(offers, [self.missing(tree.children[i], operands[i], event) for i in missing])
-            else:
-                merged[event] = offers
-        return merged
+    def _note(self, tree: Tree, state: Process) -> Callable[[set[Offer], Missing], None]:
+        def note(offers: set[Offer], missing: Missing) -> None:
+            operands = state.active()
+            components = set().union(*[self.missing(tree.children[i], operands[i], event) for i, event in missing])
+            for offer in offers:
+                self.lacking.setdefault(offer, set()).update(components)
 
-    def _linked(self, tree: Tree, state: LinkedParallel, parts: list[Offers]) -> Offers:
-        left, right = parts
-        linked = ({a for a, _ in state.links}, {b for _, b in state.links})
-        for a, b in state.links:
-            if a in left and b in right:
-                self.possible |= left[a] | right[b]
-            elif a in left:
-                self._note(left[a], [self.missing(tree.children[1], state.right, b)])
-            elif b in right:
-                self._note(right[b], [self.missing(tree.children[0], state.left, a)])
-        own = [
-            {event: offers for event, offers in part.items() if event not in ends}
-            for part, ends in zip(parts, linked, strict=True)
-        ]
-        return self._joined(tree, state, own, [EventSet(), EventSet()], alone=True)
-
-    def _note(self, offers: set[Offer], missing: Iterable[set[Component]]) -> None:
-        components = set().union(*missing)
-        for offer in offers:
-            self.lacking.setdefault(offer, set()).update(components)
+        return note
 
     def missing(self, tree: Tree, state: Process, event: int) -> set[Component]:
         """The components in a part that would have to offer something for the part to perform *event*.
@@ -214,14 +184,3 @@ class _Waiting:
 def _clocks(state: Process, around: EventSet = NO_EVENTS) -> EventSet:
     """The clocks of a parallel operator; of another one those of the operator around."""
     return state.clocks if isinstance(state, Parallel | AlphabetisedParallel | LinkedParallel) else around
-
-
-def _renamed(part: Offers, pairs: Iterable[tuple[int, int]]) -> Offers:
-    new: dict[int, list[int]] = {}
-    for old, name in pairs:
-        new.setdefault(old, []).append(name)
-    renamed: Offers = {}
-    for event, offers in part.items():
-        for name in new.get(event, (event,)):
-            renamed.setdefault(name, set()).update(offers)
-    return renamed

@@ -116,6 +116,18 @@ class Compiler:
         if not self._has_parts(plain.semantics.state(priority.operand)):
             return None
         try:
+            for few in (*FEW, SMALL, 10 * SMALL):
+                few = min(few, self._slot_states, most)
+                try:
+                    return priority.over(plain._composed(priority.operand, few))
+                except _TooLarge:
+                    pass
+                if few >= SMALL:
+                    try:
+                        # A priority may leave next to nothing of components that have nearly no end.
+                        return self._single(process, few)
+                    except LimitReached:
+                        pass
             return priority.over(plain._network(priority.operand, most))
         except (TooManyActions, LimitReached):
             # Without the priority there may be no end to it.

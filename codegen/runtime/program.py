@@ -10,15 +10,15 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections import deque
-from collections.abc import Callable, Coroutine, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 from .alternation import Fair, Policy
 from .channel import Offer
 from .clock import Clock, MonotonicClock, VirtualClock
 from .recorder import Nothing, Recorder
-from .run import Outcome, Party, Run
+from .run import Party, Run
 from .task import Stopped, Task
 
 Runner = Literal["threads", "asyncio", "loop"]
@@ -145,6 +145,40 @@ def _aside(run: Run, carry: Callable[[], None]) -> tuple[str, ...]:
     return (run.current,) if thread.is_alive() and run.current is not None else ()
 
 
+def _waits(run: Run, party: Party) -> Generator[tuple[Offer | None, ...] | None, None, None]:
+    """Carry one task from one place where it waits to the next.
+
+    Yields:
+        What it offers, where it has to pass its gate before it goes on; None where it goes on at once.
+    """
+    run.current = party.task.name
+    coroutine = party.task.run()
+    error: BaseException | None = None
+    try:
+        offers: tuple[Offer | None, ...] = coroutine.send(None)
+        while True:
+            try:
+                outcome = run.submit(party, offers)
+            except Exception as wrong:
+                offers = coroutine.throw(wrong)
+                continue
+            if outcome is None:
+                yield offers
+                outcome, party.outcome = party.outcome, None
+            else:
+                yield None
+            run.current = party.task.name
+            offers = coroutine.throw(outcome) if isinstance(outcome, Stopped) else coroutine.send(outcome)
+    except StopIteration:
+        pass
+    except GeneratorExit:  # nobody carries it on
+        coroutine.close()
+        raise
+    except BaseException as raised:
+        error = raised
+    run.leave(party, error)
+
+
 # --- threads ---------------------------------------------------------------------------------------------------
 
 
@@ -193,39 +227,10 @@ def _thread(run: Run, party: Party, latch: _Latch) -> None:
     """Carry one task."""
     if run.serial:
         latch.wait(None)
-    coroutine = party.task.run()
-    error: BaseException | None = None
-    try:
-        offers = _first(coroutine)
-        while True:
-            try:
-                outcome = run.submit(party, offers)
-            except Exception as wrong:
-                offers = coroutine.throw(wrong)
-                continue
-            if outcome is None:
-                while not latch.wait(run.patience(party, offers) if not run.serial else None):
-                    run.retry(party)
-                outcome, party.outcome = party.outcome, None
-            offers = _next(coroutine, outcome)
-    except StopIteration:
-        pass
-    except BaseException as raised:
-        error = raised
-    run.leave(party, error)
-
-
-def _first(coroutine: Coroutine[Any, Any, None]) -> tuple[Offer | None, ...]:
-    """The first selection of a task."""
-    offers: tuple[Offer | None, ...] = coroutine.send(None)
-    return offers
-
-
-def _next(coroutine: Coroutine[Any, Any, None], outcome: Outcome | None) -> tuple[Offer | None, ...]:
-    """Tell a task what came of its selection; its next one."""
-    offers: tuple[Offer | None, ...]
-    offers = coroutine.throw(outcome) if isinstance(outcome, Stopped) else coroutine.send(outcome)
-    return offers
+    for offers in _waits(run, party):
+        if offers is not None:
+            while not latch.wait(run.patience(party, offers) if not run.serial else None):
+                run.retry(party)
 
 
 # --- asyncio ---------------------------------------------------------------------------------------------------
@@ -274,30 +279,12 @@ async def _carry(run: Run, party: Party, flag: _Flag) -> None:
     """Carry one task."""
     if run.serial:
         await flag.wait(None)
-    run.current = party.task.name
-    coroutine = party.task.run()
-    error: BaseException | None = None
-    try:
-        offers = _first(coroutine)
-        while True:
-            try:
-                outcome = run.submit(party, offers)
-            except Exception as wrong:
-                offers = coroutine.throw(wrong)
-                continue
-            if outcome is None:
-                while not await flag.wait(run.patience(party, offers) if not run.serial else None):
-                    run.retry(party)
-                outcome, party.outcome = party.outcome, None
-            else:
-                await asyncio.sleep(0)  # a task that never has to wait must not keep the others from running
-            run.current = party.task.name
-            offers = _next(coroutine, outcome)
-    except StopIteration:
-        pass
-    except BaseException as raised:
-        error = raised
-    run.leave(party, error)
+    for offers in _waits(run, party):
+        if offers is None:
+            await asyncio.sleep(0)  # a task that never has to wait must not keep the others from running
+        else:
+            while not await flag.wait(run.patience(party, offers) if not run.serial else None):
+                run.retry(party)
 
 
 # --- a plain loop ----------------------------------------------------------------------------------------------
@@ -320,39 +307,9 @@ def _plain_loop(run: Run, tasks: Sequence[Task]) -> None:
     """Carry all tasks in the calling thread."""
     turns: deque[int] = deque()
     parties = [Party(task, _Turn(turns, i)) for i, task in enumerate(tasks)]
-    coroutines: list[Coroutine[Any, Any, None] | None] = [None for _ in tasks]
+    waits = [_waits(run, party) for party in parties]
     run.begin(parties)
-    try:
-        while turns:
-            position = turns.popleft()
-            party = parties[position]
-            run.current = party.task.name
-            try:
-                coroutine = coroutines[position]
-                if coroutine is None:
-                    coroutine = coroutines[position] = party.task.run()
-                    offers = _first(coroutine)
-                else:
-                    outcome, party.outcome = party.outcome, None
-                    offers = _next(coroutine, outcome)
-                while True:
-                    try:
-                        outcome = run.submit(party, offers)
-                    except Exception as wrong:
-                        offers = coroutine.throw(wrong)
-                        continue
-                    if outcome is None:
-                        break
-                    offers = _next(coroutine, outcome)
-            except StopIteration:
-                run.leave(party)
-            except KeyboardInterrupt:
-                raise
-            except BaseException as raised:
-                run.leave(party, raised)
-    except KeyboardInterrupt:
-        run.stop()
-        for coroutine in coroutines:
-            if coroutine is not None:
-                coroutine.close()
-        raise
+    while turns:
+        for offers in waits[turns.popleft()]:
+            if offers is not None:
+                break

@@ -435,11 +435,13 @@ class Channel:
     """A channel or method of a class; the fields of its events are the parameters, in this order.
 
     ``kind``: ``chan`` is shared by name with other classes and with the script; ``method`` is the class's own,
-    hidden in its process unless an assertion's interface lists it; ``local_chan`` is hidden always.
+    hidden in its process unless an assertion's interface lists it; ``local_chan`` is hidden always; ``operation`` is
+    one of plain Object-Z that is visible and the class's own, because other classes have operations of that name with
+    other parameters; where they agree it is a ``chan``.
     """
 
     name: str
-    kind: Literal["chan", "method", "local_chan"]
+    kind: Literal["chan", "method", "local_chan", "operation"]
     parameters: tuple[Parameter, ...]
     owner: str
     span: Span = field(compare=False, repr=False)

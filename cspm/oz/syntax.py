@@ -120,7 +120,10 @@ class Declared(Node):
 
 @dataclass(frozen=True, kw_only=True)
 class Declare(Node):
-    """``x, y : T``; ``carrier`` is the set that the values are taken from."""
+    """``x, y : T``; ``carrier`` is the set that the values are taken from.
+
+    Without names it includes the schema that ``carrier`` is: ``S``, ``S'``, ``Delta S``.
+    """
 
     names: tuple[Declared, ...]
     carrier: Term
@@ -161,6 +164,22 @@ class Local(Term):
 
     definitions: tuple[tuple[NameDeclaration, Term], ...]
     body: Term
+
+
+@dataclass(frozen=True, kw_only=True)
+class SchemaText(Term):
+    """``[x : T; S | p]``: a schema without a name."""
+
+    declarations: tuple[Declare, ...]
+    predicates: tuple[Term, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Renamed(Term):
+    """``S[new/old]``, ``Op[new!/old!]``: pairs of ``renamings`` are (new, old)."""
+
+    term: Term
+    renamings: tuple[tuple[Declared, Declared], ...]
 
 
 # --- paragraphs --------------------------------------------------------------------------------------------------
@@ -210,7 +229,8 @@ class Axiom(Paragraph):
 class Schema(Paragraph):
     """``schema ControlData ... end``: a record type, with the predicate that its values satisfy.
 
-    ``initial`` is the INIT schema that the record has, None where it has none.
+    ``initial`` is the INIT schema that the record has, None where it has none. ``generics`` are the names of
+    ``schema Pair[X]``.
     """
 
     is_block: ClassVar[bool] = True
@@ -219,6 +239,7 @@ class Schema(Paragraph):
     declarations: tuple[Declare, ...]
     predicates: tuple[Term, ...] = ()
     initial: tuple[Term, ...] | None = None
+    generics: tuple[NameDeclaration, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -310,11 +331,30 @@ class OperationSchema(Node):
 class OperationDefinition(Node):
     """``op Swap = Pop ; Push``: an operation by an expression over others.
 
-    In ``body`` the operators are ``compose`` (``;``), ``and``, ``choice`` (``[]``), ``parallel`` (``||``), ``hide``
-    and ``enrich`` (``@``); its references name operations.
+    In ``body`` the operators are ``compose`` (``;``), ``and``, ``or``, ``choice`` (``[]``), ``parallel`` (``||``),
+    ``parallel_open`` (``||!``), ``hide`` and ``enrich`` (``@``); its references name operations.
     """
 
     name: str
+    body: Term
+
+
+@dataclass(frozen=True, kw_only=True)
+class OperationText(Term):
+    """``[Delta(x); k? : T | p]`` in an expression over operations; predicates alone are a guard."""
+
+    delta: tuple[NameDeclaration, ...] | None
+    declarations: tuple[Declare, ...] = ()
+    predicates: tuple[Term, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Distributed(Term):
+    """``[] x : S | p @ Op`` and the same with ``and``, ``;`` and ``||``: one operation for each value."""
+
+    kind: Literal["choice", "and", "compose", "parallel"]
+    declarations: tuple[Declare, ...]
+    condition: Term | None
     body: Term
 
 

@@ -109,7 +109,7 @@ class _Desugaring:
                 yield self._free(definition)
             # A datatype of CSPm is there already.
         for name, record in specification.records.items():
-            if self._claim(name, "a schema", record.span):
+            if name.isidentifier() and self._claim(name, "a schema", record.span):
                 kind = core.RecordType(name, tuple([(f.name, f.type) for f in record.fields]))
                 carrier = core.Apply(type=core.SetType(kind), operator="Records")
                 yield _value(name, record.span, self._set([carrier], None, record.span))
@@ -127,6 +127,8 @@ class _Desugaring:
         """The name and the set of an abbreviation of a set."""
         if not isinstance(paragraph, oz.Abbreviation) or paragraph.generics:
             return None
+        if paragraph.name in self.specification.records:
+            return None  # a schema, which is known already
         entry = self.elaborated.classes.scope.find(paragraph.name)
         if not isinstance(entry, SetEntry) or not isinstance(entry.term.type, core.SetType):
             return None
@@ -259,7 +261,8 @@ class _Desugaring:
         local = [c for c in model.channels.values() if c.kind == "local_chan"]
         done = syntax.ChannelDeclaration(span=span, names=(syntax.NameDeclaration(span=span, name=DONE),))
         private: list[Declaration] = [done, *[self._channel([(model, channel)]) for channel in local]]
-        own = [c for c in model.channels.values() if c.kind == "chan" and not self._is_shared(model, c)]
+        open_ = [c for c in model.channels.values() if c.kind in ("chan", "operation")]
+        own = [c for c in open_ if not self._is_shared(model, c)]
         exported: list[Declaration] = [self._channel([(model, channel)]) for channel in (*methods, *own)]
         exported += [self._constant(constant, name) for constant in model.constants]
         mains: list[Name] = []

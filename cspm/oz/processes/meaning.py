@@ -529,7 +529,8 @@ class _Carried:
 
 def _parameter(parameter: core.Parameter, operation: core.Operation) -> _Parameter:
     """A channel's parameter as the schema declares it; one that the schema leaves out may have any value."""
-    own = next((p for p in operation.parameters if p.name == parameter.name), parameter)
+    named = [p for p in operation.parameters if p.name == parameter.name]
+    own = next((p for p in named if p.kind == parameter.kind), next(iter(named), parameter))
     return _Parameter(own.name, own.kind, own.type, own.carrier, parameter.carrier, own.span)
 
 

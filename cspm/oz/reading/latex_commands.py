@@ -32,7 +32,7 @@ _OTHERS: Final = {
     "(|": r"\limg \lblot \lbind",
     "|)": r"\rimg \rblot \rbind",
     "<<": r"\ldata",
-    ">>": r"\rdata",
+    ">>": r"\rdata \pipe",
     "@": r"\spot",
     "|": r"\mid \bar \vert",
     "where": r"\where \ST",
@@ -41,6 +41,7 @@ _OTHERS: Final = {
     "SDEF": r"\sdef \sdefs \defs \triangleq",
     ";": r"\semi \zcmp \dzcmp",
     "||": r"\pll \parallel",
+    "||!": r"\plo",
     "[]": r"\gch \Box",
     "\\": r"\hide",
     "{": r"\{ \lbrace \lset",
@@ -92,6 +93,8 @@ for _command, _tidy in {
     r"\sim": r"\inv",
 }.items():
     COMMANDS.setdefault(_command, (COMMANDS[_tidy][0], _tidy))
+for _command, _kind in {r"\dcnj": "and", r"\dgch": "[]", r"\dsqc": ";", r"\dpll": "||"}.items():
+    COMMANDS[_command] = (_kind, "")
 COMMANDS[r"\cdot"] = COMMANDS[r"\ast"] = ("*", "*")
 COMMANDS[r"\colon"] = (":", ":")
 COMMANDS[r"\dot"] = COMMANDS[r"\bullet"] = ("@", "@")
@@ -117,6 +120,8 @@ NAMES: Final[Mapping[str, tuple[str, str]]] = {
     r"\view": ("view", ""),
     r"\retrieve": ("retrieve", ""),
     r"\between": ("between", ""),
+    r"\theta": ("theta", ""),
+    r"\pre": ("pre", ""),
     **{rf"\{word}": (word, "") for word in ("head", "tail", "last", "front", "rev", "squash", "items", "first")},
     r"\Skip": ("SKIP", ""),
     r"\Stop": ("STOP", ""),
@@ -147,6 +152,7 @@ BLANKS: Final = frozenset(
         *(r"\quad", r"\qquad", r"\left", r"\right", r"\big", r"\Big", r"\bf", r"\it", r"\sf", r"\rm", r"\tt"),
         *(r"\displaystyle", r"\nextside", r"\noindent", r"\endinherit", r"\locpar", r"\endlocpar", r"\znewpage", r"\t"),
         *(r"\textstyle", r"\ensuremath", r"\smallskip", r"\medskip", r"\bigskip", r"\hfill", r"\zhide", r"\sloppy"),
+        *(r"\cid", r"\sid", r"\eid", r"\copyright"),  # an object belongs to the attribute that names it in any case
     ]
 )
 """Commands that are layout only."""
@@ -167,9 +173,8 @@ TEXTS: Final = frozenset([r"\text", r"\textrm", r"\mbox", r"\hbox", r"\comment",
 
 UNSUPPORTED: Final[Mapping[str, str]] = {
     **dict.fromkeys([r"\poly", r"\classuni"], "polymorphism"),
-    **dict.fromkeys([r"\self", r"\oid", r"\cid", r"\sid", r"\eid", r"\copyright"], "references to objects"),
-    **dict.fromkeys([r"\theta", r"\pre", r"\pipe"], "the schema calculus"),
-    **dict.fromkeys([r"\dcnj", r"\dgch", r"\dsqc", r"\dpll", r"\dplo", r"\plo"], "distributed operations"),
+    **dict.fromkeys([r"\self", r"\oid"], "references to objects"),
+    r"\dplo": "the associative parallel operator, distributed,",
 }
 """What of Object-Z has no counterpart here, in words."""
 

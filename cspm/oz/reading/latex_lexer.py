@@ -40,6 +40,7 @@ BOXES: Final = {
     "op": "op",
     "opschema": "op",
     "schema": "schema",
+    "genschema": "schema",
     "axdef": "const",
     "const": "const",
     "uniqdef": "const",
@@ -47,11 +48,16 @@ BOXES: Final = {
 }
 """Environments with the word that they stand for."""
 
-LAYOUT: Final = frozenset(["zed", "type", "zpar", "sidebyside", "array", "center", "math", "displaymath", "spec"])
+LAYOUT: Final = frozenset(
+    ["zed", "type", "zpar", "sidebyside", "array", "center", "math", "displaymath", "spec", "syntax"]
+)
 """Environments whose content is read as if it stood around them."""
 
-SKIPPED: Final = frozenset(["classcom", "proof", "argue", "infrule", "syntax", "comment", "verbatim"])
+SKIPPED: Final = frozenset(["classcom", "proof", "argue", "infrule", "comment", "verbatim"])
 """Environments whose content is not read."""
+
+REFUSED: Final = {"gendef": "a generic definition (a constant for every type)"}
+"""Environments that have no counterpart here, in words."""
 
 _SIGNS: Final = frozenset(
     [
@@ -455,7 +461,10 @@ class Lexer:
             self._add(COMMANDS[tidy][0], start, self.position)
 
     def _xi(self, start: int) -> None:
-        """``\\Xi (x, y)``: read over."""
+        """``\\Xi S`` includes a schema twice; ``\\Xi (x, y)`` is read over."""
+        if re.compile(r"\s*\(").match(self.text, self.position, self.end) is None:
+            self._add("NAME", start, self.position, "Xi")
+            return
         list_ = re.compile(r"\s*\([^()]*\)").match(self.text, self.position, self.end)
         if list_ is not None:
             self.position = list_.end()
@@ -467,7 +476,9 @@ class Lexer:
         name = match["begun"]
         span = self.source.span(start, self.position)
         self._break()
-        if name in SKIPPED:
+        if name in REFUSED:
+            self.markup.errors.append(messages.unsupported(span, REFUSED[name]))
+        if name in SKIPPED or name in REFUSED:
             close = self.text.find(f"\\end{{{name}}}", self.position, self.end)
             self.position = self.end if close < 0 else close + len(f"\\end{{{name}}}")
             self.markup.comments.append((start, self.position))
@@ -493,7 +504,8 @@ class Lexer:
                 self._range(argument[1])
                 self.position = after
                 generics = _GENERICS.match(self.text, after, self.end)
-                if word == "class" and generics is not None and not _PROSE.search(generics[0]):
+                if word in ("class", "schema") and generics is not None and not _PROSE.search(generics[0]):
+                    self.last = after + len(generics[0]) - len(generics[0].lstrip())  # of the name, no comment
                     self._range(generics.end())
             if word == "retrieve":
                 self._classes_of_retrieve()

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.oz.reading import messages as messages
 from cspcheck.cspm.oz.reading.latex_commands import CSP_COMMANDS, NAMES
-from cspcheck.cspm.oz.reading.latex_lexer import BOXES, Lexer, Markup
+from cspcheck.cspm.oz.reading.latex_lexer import BOXES, REFUSED, Lexer, Markup
 from cspcheck.cspm.oz.reading.lexer import NAMING, OPERAND_ENDS, Token
 from cspcheck.cspm.oz.reading.parser import MOST_MISTAKES
 from cspcheck.cspm.oz.reading.parser_classes import Classes
@@ -29,7 +29,13 @@ from cspcheck.cspm.syntax import tree as s
 if TYPE_CHECKING:
     from cspcheck.cspm.parsing.builder import Include
 
-_TOP: Final = frozenset([*BOXES, "zed", "type", "zpar", "cspm"]) - {"state", "anonschema", "init", "op", "opschema"}
+_TOP: Final = frozenset([*BOXES, *REFUSED, "syntax", "zed", "type", "zpar", "cspm"]) - {
+    "state",
+    "anonschema",
+    "init",
+    "op",
+    "opschema",
+}
 """Environments that are read where they stand outside others."""
 
 _BEGIN = re.compile(r"\\begin\{verbatim\}[\s\S]*?\\end\{verbatim\}|(?<!\\)%[^\n]*|\\begin[ \t]*\{([A-Za-z]+)\}")
@@ -283,6 +289,9 @@ def _definition(tokens: Sequence[Token], place: int, end: int, sign: int, *, in_
     """``N \\sdef ...``: an operation, INIT, a schema, or an equation."""
     token, head = tokens[place], list(tokens[place:sign])
     boxed = sign + 1 < len(tokens) and tokens[sign + 1].kind == "["
+    if not in_class and not (boxed and len(head) == 1 and _matching(tokens, sign + 1) + 1 >= end):
+        tokens[sign].kind, token.section = "==", True
+        return [token], 1
     if boxed and (token.value in ("INIT", "Init") or not in_class):
         close = _matching(tokens, sign + 1)
         inner = list(tokens[sign + 2 : close])
@@ -290,7 +299,7 @@ def _definition(tokens: Sequence[Token], place: int, end: int, sign: int, *, in_
             return [_word(token, "init"), *inner, _ended(token)], close + 1 - place
         return [_word(token, "schema"), _plain(token), *_box(inner), _ended(token)], close + 1 - place
     text_of_line = tokens[sign + 1 : _equation_end(tokens, sign + 1)]
-    if len(head) > 1 or any(_is_csp(t) for t in text_of_line) or not in_class:
+    if len(head) > 1 or not in_class or (not boxed and any(_is_csp(t) for t in text_of_line)):
         return [token], 1
     tokens[sign].kind = "="
     return [_word(token, "op"), _plain(token)], 1

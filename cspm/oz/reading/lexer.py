@@ -30,7 +30,7 @@ WORDS: Final = frozenset(["where", "end", "true", "false", "if", "then", "else",
 
 _SIGNS: Final = {
     **{sign: sign for sign in ("(|", "|)", "(", ")", "{", "}", "[[", "]]", "[", "]", "<<", ">>")},
-    **{sign: sign for sign in (",", ";", ":", ".", "|", "@", "==", "::=", "[]", "||")},
+    **{sign: sign for sign in (",", ";", ":", ".", "|", "@", "==", "::=", "[]", "||", "||!")},
     "⦇": "(|",
     "⦈": "|)",
     "⟪": "<<",

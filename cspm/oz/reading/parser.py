@@ -149,14 +149,39 @@ class Paragraphs(Terms):
 
         def line() -> None:
             token = self.token
+            if self._at_inclusion():
+                token.section = False
+                found.append(self.declare_or_include())
+                self.line_ends()
+                return
             if not self.at_declaration():
                 self._no_declaration(token)
             found.append(self.declare())
             self.line_ends()
 
-        while not self.token.section and not stop():
+        while (not self.token.section or self._at_delta()) and not stop():
             self.try_line(line)
         return tuple(found)
+
+    def _at_delta(self) -> bool:
+        """Whether ``Delta S`` comes next, which includes a schema in another one."""
+        following = self.peek()
+        named = self.at_word("Delta") and following.kind == "NAME" and not following.first
+        return self.in_schema and named and self.peek(2).kind not in (":", ",")
+
+    in_schema = False
+    """Whether the declarations that are read are those of a schema, where ``Delta`` begins no section."""
+
+    def _at_inclusion(self) -> bool:
+        """Whether a line of declarations includes a schema: ``S``, ``S'``, ``S[T]``, ``Xi S``, ``[x : T | p]``."""
+        token, following = self.token, self.peek()
+        if token.kind == "[":
+            return True
+        if token.kind != "NAME":
+            return False
+        if token.value in ("Delta", "Xi") and following.kind == "NAME" and not following.first:
+            return self.peek(2).kind not in (":", ",")
+        return following.first or following.section or following.kind == ";" or (following.kind == "[")
 
     def _no_declaration(self, token: Token) -> None:
         if self.peek().kind in (":", ","):
@@ -217,7 +242,12 @@ class Paragraphs(Terms):
         start = self.at
         self.take()
         name = self.name()
-        declarations = self.declarations()
+        generics = self.names_in_brackets() if self.token.kind == "[" and not self.token.first else ()
+        self.in_schema = True
+        try:
+            declarations = self.declarations()
+        finally:
+            self.in_schema = False
         predicates = self.where()
         initial = None
         if self.at_word("init", "INIT"):
@@ -230,6 +260,7 @@ class Paragraphs(Terms):
             declarations=declarations,
             predicates=predicates,
             initial=initial,
+            generics=generics,
         )
 
     def at_word(self, *words: str) -> bool:
@@ -285,6 +316,11 @@ class Paragraphs(Terms):
             self.refuse("`==`", "`::=`")
         self.take()
         body = self.expression()
+        while self.token.kind in (";", ">>") and not self.token.first and not self.peek().section:
+            # Composition and piping of schemas: signs that separate or close elsewhere.
+            name_ = "compose" if self.take().kind == ";" else "pipe"
+            right = self.expression()
+            body = z.Operator(span=self.since(start), name=name_, operands=(body, right))
         return z.Abbreviation(span=self.since(start), name=name.name, body=body, generics=generics)
 
     def _branch_of_type(self) -> z.Branch:

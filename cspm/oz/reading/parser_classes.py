@@ -265,11 +265,17 @@ class Classes(Paragraphs):
         name = self.name("the name of an operation")
         if self.token.kind == "=":
             self.take()
-            if self.token.kind == "[":
-                parts.operations.append(self._horizontal(start, name.name))
+            body = self.operation_expression()
+            span = self.since(start)
+            if isinstance(body, z.OperationText):
+                delta, declarations, predicates = body.delta, body.declarations, body.predicates
+                parts.operations.append(
+                    z.OperationSchema(
+                        span=span, name=name.name, delta=delta, declarations=declarations, predicates=predicates
+                    )
+                )
             else:
-                body = self.operation_expression()
-                parts.operations.append(z.OperationDefinition(span=self.since(start), name=name.name, body=body))
+                parts.operations.append(z.OperationDefinition(span=span, name=name.name, body=body))
             self.line_ends()
         else:
             delta = self._delta()
@@ -300,8 +306,9 @@ class Classes(Paragraphs):
             self.take()
         return tuple(names)
 
-    def _horizontal(self, start: int, name: str) -> z.OperationSchema:
+    def _operation_text(self) -> z.OperationText:
         """Read ``[ Delta(x); i? : T | p ]``."""
+        start = self.at
         self.opened()
         delta = self._delta()
         declarations: tuple[z.Declare, ...] = ()
@@ -314,12 +321,10 @@ class Classes(Paragraphs):
             self.take()
             predicates = tuple(self.list_of(self.expression, ";"))
         self.closed("]", "`|`", "`;`")
-        return z.OperationSchema(
-            span=self.since(start), name=name, delta=delta, declarations=declarations, predicates=predicates
-        )
+        return z.OperationText(span=self.since(start), delta=delta, declarations=declarations, predicates=predicates)
 
     def operation_expression(self, least: int = 0) -> z.Term:
-        """Read an expression over operations: ``@`` loosest, then ``||``, ``[]``, ``and``, ``;``, ``\\``."""
+        """Read an expression over operations: ``||!`` loosest, then ``@``, ``||``, ``[]``, ``or`` and the others."""
         start = self.at
         left = self._operation_operand()
         while True:
@@ -338,21 +343,51 @@ class Classes(Paragraphs):
 
     def _operation_operand(self) -> z.Term:
         start = self.at
-        if self.token.kind == "(":
+        token = self.token
+        if token.kind == "(":
             self.opened()
             inner = self.operation_expression()
             self.closed(")", "an operator")
-            return z.Grouped(span=self.since(start), inner=inner)
-        token = self.token
+            return self._operation_renamed(start, z.Grouped(span=self.since(start), inner=inner))
+        if token.kind == "[":
+            return self._operation_text()
+        if token.kind in DISTRIBUTED and not token.section:
+            return self._distributed()
         if token.kind != "NAME" or token.section:
             self.refuse("the name of an operation")
         self.take()
-        term: z.Term = z.Reference(span=self.span(token), name=str(token.value))
-        while self.token.kind == ".":
-            self.take()
-            field = self.name("the name of an operation")
-            term = z.Selection(span=self.since(start), record=term, field=field.name)
+        term: z.Term = z.Reference(span=self.span(token), name=str(token.value), decoration=self._decoration(token))
+        while True:
+            if self.token.kind == "." and not self.token.first:
+                self.take()
+                field = self.name("the name of an operation")
+                term = z.Selection(span=self.since(start), record=term, field=field.name)
+            elif self.token.kind == "(" and self.token.tight:
+                argument = self._arguments()
+                term = z.Application(span=self.since(start), function=term, argument=argument)
+            else:
+                return self._operation_renamed(start, term)
+
+    def _operation_renamed(self, start: int, term: z.Term) -> z.Term:
+        """Read the ``[new/old]`` behind an operation, if there is one."""
+        while self.token.kind == "[" and not self.token.first:
+            term = z.Renamed(term=term, renamings=self.renaming_list(), span=self.since(start))
         return term
+
+    def _distributed(self) -> z.Term:
+        """Read ``[] x : S | p @ Op`` and its like, as far to the right as it goes."""
+        start = self.at
+        kind = DISTRIBUTED[self.take().kind]
+        declarations = self.bound(in_quantifier=True)
+        condition = None
+        if self.token.kind == "|":
+            self.take()
+            condition = self.expression()
+        self.expect("@", "`|`", help="a distributed operation is written `[] x : S @ Op`")
+        body = self.operation_expression()
+        return z.Distributed(
+            span=self.since(start), kind=kind, declarations=declarations, condition=condition, body=body
+        )
 
     def _hidden(self) -> z.Term:
         start = self.at
@@ -443,12 +478,22 @@ class Classes(Paragraphs):
 
 
 OPERATION_OPERATORS: Final[Mapping[str, tuple[str, int]]] = {
-    "@": ("enrich", 1),
-    "||": ("parallel", 2),
-    "[]": ("choice", 3),
-    "and": ("and", 4),
-    ";": ("compose", 5),
-    "comp": ("compose", 5),
-    "\\": ("hide", 6),
+    "||!": ("parallel_open", 1),
+    "@": ("enrich", 2),
+    "||": ("parallel", 3),
+    "[]": ("choice", 4),
+    "or": ("or", 5),
+    "and": ("and", 6),
+    ";": ("compose", 7),
+    "comp": ("compose", 7),
+    "\\": ("hide", 8),
 }
 """Operators over operations by their token, with their canonical name and how tightly they bind."""
+
+DISTRIBUTED: Final[Mapping[str, Literal["choice", "and", "compose", "parallel"]]] = {
+    "[]": "choice",
+    "and": "and",
+    ";": "compose",
+    "||": "parallel",
+}
+"""Operators that distribute over values, by their token."""

@@ -201,7 +201,9 @@ class Terms:
 
     def bound(self, *, in_quantifier: bool = False) -> tuple[z.Declare, ...]:
         """Read the declarations of a binder."""
-        return tuple(self.list_of(lambda: self.declare(in_quantifier=in_quantifier), ";"))
+        if in_quantifier:
+            return tuple(self.list_of(lambda: self.declare_or_include(in_quantifier=True), ";"))
+        return tuple(self.list_of(self.declare, ";"))
 
     def _decoration(self, token: Token) -> z.Decoration:
         if len(token.decoration) > 1:
@@ -295,6 +297,8 @@ class Terms:
                 image = self.expression()
                 self.closed("|)", "an operator")
                 term = z.Operator(span=self.since(start), name="image", operands=(term, image))
+            elif self.at_renaming():
+                term = z.Renamed(term=term, renamings=self.renaming_list(), span=self.since(start))
             elif token.kind in POSTFIX:
                 self.take()
                 term = z.Operator(span=self.since(start), name=POSTFIX[token.kind].name, operands=(term,))
@@ -339,6 +343,8 @@ class Terms:
                 return self._bracketed()
             case "{":
                 return self._set()
+            case "[":
+                return self._schema_text()
             case "SEQUENCE_OPEN":
                 return self._display("sequence", "SEQUENCE_CLOSE")
             case "[[":
@@ -358,11 +364,58 @@ class Terms:
             return z.Reference(span=self.span(token), name=str(token.value))
         return self.refuse("an expression")
 
+    def _schema_text(self) -> z.Term:
+        """Read ``[x : T; S | p; q]``."""
+        start = self.at
+        self.opened()
+        declarations = self._of_schema(lambda: self.declare_or_include())
+        predicates: tuple[z.Term, ...] = ()
+        if self.token.kind == "|":
+            self.take()
+            predicates = self._of_schema(self.expression)
+        self.closed("]", "`|`", "`;`")
+        return z.SchemaText(span=self.since(start), declarations=declarations, predicates=predicates)
+
+    def _of_schema(self, item: Callable[[], T]) -> tuple[T, ...]:
+        """Items that ``;`` separates, or the end of a line."""
+        found = [item()]
+        while self.token.kind == ";" or (self.token.first and self.token.kind not in ("|", "]", "$END")):
+            if self.token.kind == ";":
+                self.take()
+            found.append(item())
+        return tuple(found)
+
+    def declare_or_include(self, *, in_quantifier: bool = False) -> z.Declare:
+        """Read ``x : T``, or a schema that is included."""
+        if self.at_declaration() or (in_quantifier and self.peek().kind in ("in", ",")):
+            return self.declare(in_quantifier=in_quantifier)
+        start = self.at
+        carrier = self.expression()
+        return z.Declare(span=self.since(start), names=(), carrier=carrier)
+
+    def renaming_list(self) -> tuple[tuple[z.Declared, z.Declared], ...]:
+        """Read ``[new/old, ...]``."""
+        self.opened()
+        found = self.list_of(self._renamed_name)
+        self.closed("]", "`,`")
+        return tuple(found)
+
+    def _renamed_name(self) -> tuple[z.Declared, z.Declared]:
+        new = self.declared()
+        self.expect("/", help="a renaming is written `[new/old]`")
+        return new, self.declared()
+
+    def at_renaming(self) -> bool:
+        """Whether ``[new/old`` comes next."""
+        tokens = (self.token, self.peek(), self.peek(2), self.peek(3), self.peek(4))
+        kinds = [token.kind for token in tokens]
+        return kinds[:4] == ["[", "NAME", "/", "NAME"] and kinds[4] in (",", "]") and not self.token.first
+
     def _reference(self) -> z.Term:
         start = self.at
         token = self.take()
         arguments: tuple[z.Term, ...] = ()
-        if self.token.kind == "[" and self.token.tight and not self.token.first:
+        if self.token.kind == "[" and self.token.tight and not self.token.first and not self.at_renaming():
             self.opened()
             arguments = tuple(self.list_of(self.expression))
             self.closed("]", "`,`")
@@ -400,9 +453,29 @@ class Terms:
     def _set(self) -> z.Term:
         start = self.at
         if not self._is_comprehension():
+            if self._includes():
+                return self._schema_set()
             return self._display("set", "}")
         self.opened()
         declarations = self.bound()
+        condition = body = None
+        if self.token.kind == "|":
+            self.take()
+            condition = self.expression()
+        if self.token.kind == "@":
+            self.take()
+            body = self.expression()
+        self.closed("}", "`|`", "`@`")
+        return z.Binding(span=self.since(start), kind="set", declarations=declarations, condition=condition, body=body)
+
+    def _includes(self) -> bool:
+        """Whether ``{S |`` or ``{S @`` comes next: a schema, perhaps decorated, declares what is collected."""
+        return self.peek().kind == "NAME" and self.peek(2).kind in ("|", "@", ";")
+
+    def _schema_set(self) -> z.Term:
+        start = self.at
+        self.opened()
+        declarations = self.bound(in_quantifier=True)
         condition = body = None
         if self.token.kind == "|":
             self.take()

@@ -8,18 +8,22 @@ itself and are replaced where it is inherited or used with arguments.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TypeAlias, TypeVar
 
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
 from cspcheck.cspm.oz.typing.equations import check_equations, renamed_equations
-from cspcheck.cspm.oz.typing.operations import Boxes, inherited_operations, joined_sets
+from cspcheck.cspm.oz.typing.objects import Flattened, ObjectClass, Objects
+from cspcheck.cspm.oz.typing.operation_calculus import Box, Surroundings, joined_sets
+from cspcheck.cspm.oz.typing.operations import PREFIXES, Boxes, inherited_operations
 from cspcheck.cspm.oz.typing.paragraphs import Paragraphs
 from cspcheck.cspm.oz.typing.scopes import (
+    ClassEntry,
     ConstructorEntry,
     GenericEntry,
+    ObjectEntry,
     Scope,
     SetEntry,
     StateEntry,
@@ -44,7 +48,9 @@ class _Built:
 
     model: core.ClassModel
     scope: Scope
-    types: dict[str, tuple[Definition, str]] = field(default_factory=dict)
+    boxes: dict[str, Box]
+    objects: dict[str, ObjectEntry]
+    types: dict[str, tuple[Definition, str]]
 
 
 class Classes:
@@ -107,6 +113,10 @@ class Classes:
             raise Wrong(mistakes[0])
         return built.model
 
+    def is_open(self, name: str) -> bool:
+        """Whether a class is being made just now."""
+        return name in self._open
+
     def build(self, name: str, arguments: tuple[core.Term, ...], report: Report) -> _Built | None:
         """A class for given arguments (none: its parameters stay given sets); None where it inherits from itself."""
         key = (name, arguments)
@@ -148,6 +158,9 @@ class _Builder:
         self.operations: dict[str, core.Operation] = {}
         self.processes: list[core.ProcessPart] = []
         self.parents: list[str] = []
+        self.boxes: dict[str, Box] = {}
+        """The schemas of parents, by the names of their operations."""
+        self.objects: dict[str, ObjectEntry] = {}
 
     def build(self) -> _Built:
         tree = self.tree
@@ -158,17 +171,10 @@ class _Builder:
             self._interface(interface)
         self._state()
         states = self.primary | self.secondary
-        boxes = Boxes(
-            tree,
-            self.channels,
-            self.classes.typing,
-            self.scope,
-            states,
-            set(self.secondary),
-            self.invariant,
-            self.report,
-        )
-        own = boxes.operations()
+        self._plain_operations()
+        around = Surroundings(tree.name, states, frozenset(self.secondary), self.invariant)
+        boxes = Boxes(tree, self.channels, self.classes.typing, self.scope, around, self.boxes, self.report)
+        own = boxes.operations(self.operations)
         # A method that was declared without parameters has those of its schema.
         self.channels.update(boxes.channels)
         joined = inherited_operations(self._aligned(self.operations), own, self.report)
@@ -195,7 +201,7 @@ class _Builder:
             operations=self.operations,
             processes=tuple(self.processes),
         )
-        return _Built(model, self.scope, self.types)
+        return _Built(model, self.scope, boxes.boxes(), self.objects, self.types)
 
     # --- inheritance ------------------------------------------------------------------------------------------
 
@@ -218,7 +224,7 @@ class _Builder:
         built = self.classes.build(inherit.name, arguments, self.report)
         if built is None:
             return
-        parent = self._renamed(built.model, inherit)
+        parent = self._renamed(built, inherit)
         self.parents.append(parent.name)
         for name, (entry, owner) in built.types.items():
             self._adopt(name, entry, owner)
@@ -236,6 +242,10 @@ class _Builder:
             self.initial = self.initial or []
             self._extend(self.initial, parent.initial)
         self.operations = inherited_operations(self.operations, self._aligned(parent.operations), self.report)
+        names = {old.name: new.name for new, old in inherit.renamings}
+        self.objects.update(built.objects)
+        for name, box in built.boxes.items():
+            self.boxes[names.get(name, name)] = box
         for part in parent.processes:
             if part not in self.processes:
                 self.processes.append(part)
@@ -293,13 +303,14 @@ class _Builder:
         else:
             self.channels[channel.name] = _narrowed(first, channel)
 
-    def _renamed(self, parent: core.ClassModel, inherit: s.Inherit) -> core.ClassModel:
+    def _renamed(self, built: _Built, inherit: s.Inherit) -> core.ClassModel:
         """A parent with channels and methods called as the child wishes."""
+        parent = built.model
         if not inherit.renamings:
             return parent
         names: dict[str, str] = {}
         for new, old in inherit.renamings:
-            if old.name not in parent.channels:
+            if old.name not in parent.channels and old.name not in built.boxes:
                 near = suggestions(old.name, parent.channels)
                 self.report(messages.rename_unknown(old.name, parent.name, old.span, near))
             names[old.name] = new.name
@@ -387,11 +398,34 @@ class _Builder:
                 channel = _narrowed(channel, before)
             self.channels[declared.name] = channel
 
+    def _plain_operations(self) -> None:
+        """The interface of a class of plain Object-Z, without channels: its visible operations."""
+        if any(channel.kind != "operation" for channel in self.channels.values()):
+            return
+        visible = None if self.tree.visibility is None else {name.name for name in self.tree.visibility}
+        own = {o.name: o.span for o in self.tree.operations if not o.name.startswith(PREFIXES)}
+        for name, span in {**{name: box.span for name, box in self.boxes.items()}, **own}.items():
+            if visible is None and name in self.boxes and name not in own:
+                continue  # visible already, or else the parent's own business
+            if (visible is None or name in visible) and name not in self.channels:
+                self.channels[name] = core.Channel(
+                    name=name, kind="operation", parameters=(), owner=self.tree.name, span=span
+                )
+        for name in set(self.channels) - (visible if visible is not None else set(self.channels)):
+            del self.channels[name]
+            self.operations.pop(name, None)
+
     def _state(self) -> None:
         tree, paragraphs = self.tree, self.classes.paragraphs
         if tree.state is not None:
-            own = {d.name: d for d in paragraphs.declared(tree.state.primary, self.scope)}
+            values, declared_objects = self._objects().split(tree.state.primary)
+            own = {d.name: d for d in paragraphs.declared(values, self.scope)}
+            flattened = self._objects().flattened(declared_objects)
+            own |= {d.name: d for d in flattened.primary}
+            self._take_objects(flattened)
+            included = list(paragraphs.included((*values, *tree.state.secondary), self.scope))
             derived = {d.name: d for d in paragraphs.declared(tree.state.secondary, self.scope)}
+            derived |= {d.name: d for d in flattened.secondary}
             for name, declared in derived.items():
                 if name in own:
                     self.report(type_messages.declared_twice(name, own[name].span, declared.span))
@@ -417,11 +451,54 @@ class _Builder:
             secondary = declared.name in self.secondary
             entry = StateEntry(declared.name, declared.type, secondary, declared.span)
             self.scope.add(declared.name, entry)
+        for name, object_ in self.objects.items():
+            self.scope.add(name, object_)
         if tree.state is not None:
+            states = self.primary | self.secondary
+            self._extend(self.invariant, [_of_states(predicate, states) for predicate in included])
             self._extend(self.invariant, paragraphs.predicates(tree.state.predicates, self.scope, "invariant"))
         if tree.initial is not None:
             self.initial = self.initial or []
             self._extend(self.initial, paragraphs.predicates(tree.initial.predicates, self.scope, "initial"))
+
+    def _objects(self) -> Objects:
+        typing = self.classes.typing
+        return Objects(typing, self.scope, self.tree.name, self._object_class, self.report)
+
+    def _object_class(self, reference: s.Reference) -> ObjectClass:
+        """The class of an attribute.
+
+        Raises:
+            Wrong: its objects cannot be attributes.
+        """
+        classes = self.classes
+        if classes.is_open(reference.name):
+            what = f"an object of `{reference.name}` within itself"
+            raise Wrong(messages.objects_need_heap(what, reference.span))
+        arguments = tuple([replace(classes.typing.carrier(a, self.scope), span=None) for a in reference.arguments])
+        wanted = len(classes.trees[reference.name].generics)
+        if wanted != len(arguments):
+            raise Wrong(type_messages.generic_arguments(reference.name, wanted, len(arguments), reference.span))
+        built = classes.build(reference.name, arguments, self.report)
+        entry = self.scope.find(reference.name)
+        assert isinstance(entry, ClassEntry)
+        if (
+            built is None
+            or built.model.processes
+            or any(channel.kind != "operation" for channel in built.model.channels.values())
+        ):
+            raise Wrong(type_messages.class_is_no_value(reference.name, reference.span, entry.span))
+        return ObjectClass(built.model, built.boxes, built.objects)
+
+    def _take_objects(self, flattened: Flattened) -> None:
+        """Make the constants of objects those of the class, and what holds of them hold in it."""
+        self.objects.update(flattened.objects)
+        for constant in flattened.constants:
+            self.constants[constant.name] = constant
+            variable = core.Variable(type=constant.type, name=constant.name, role="constant", span=constant.span)
+            self.scope.add(constant.name, VariableEntry(variable, constant.span))
+        self._extend(self.axioms, flattened.axioms)
+        self._extend(self.invariant, flattened.invariant)
 
     def _visibility(self) -> None:
         known = {
@@ -429,6 +506,7 @@ class _Builder:
             *self.constants,
             *self.primary,
             *self.secondary,
+            *self.objects,
             *self.operations,
             *[operation.name for operation in self.tree.operations],
             "INIT",
@@ -439,6 +517,15 @@ class _Builder:
             if name.name not in known:
                 near = suggestions(name.name, sorted(known))
                 self.report(messages.not_visible(name.name, self.tree.name, name.span, near))
+
+
+def _of_states(predicate: core.Term, states: Mapping[str, core.Declared]) -> core.Term:
+    """What an included schema says of its components, said of the state variables that they are."""
+
+    def variable(v: core.Variable) -> core.Term | None:
+        return replace(v, role="before") if v.role == "bound" and v.name in states else None
+
+    return substituted(predicate, variable)
 
 
 def _called(operation: core.Operation, parameters: tuple[core.Parameter, ...]) -> core.Operation:

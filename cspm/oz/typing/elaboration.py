@@ -14,7 +14,7 @@ from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.typing import messages as messages
 from cspcheck.cspm.oz.typing.classes import Classes
 from cspcheck.cspm.oz.typing.fitting import Misfit, fit
-from cspcheck.cspm.oz.typing.interfaces import compare_interfaces
+from cspcheck.cspm.oz.typing.interfaces import compare_interfaces, settled
 from cspcheck.cspm.oz.typing.paragraphs import Paragraphs
 from cspcheck.cspm.oz.typing.scopes import AmbiguousEntry, ClassEntry, Scope, SetEntry, VariableEntry, toolkit
 from cspcheck.cspm.oz.typing.typing import Typing
@@ -92,6 +92,7 @@ class _Elaboration:
         models = classes.all()
         outside = [d for d in self.declarations if not isinstance(d, s.Paragraph)]
         compare_interfaces(models, outside, classes.unclear, self.report)
+        models = settled(models)
         retrieves = {}
         for declaration in self.declarations:
             if isinstance(declaration, s.Retrieve):

@@ -83,10 +83,16 @@ def join(a: Type, b: Type) -> Type | None:
         case (BagType(y), FunctionType(d, r)) | (FunctionType(d, r), BagType(y)):
             domain = join(y, d)
             return None if domain is None or r != INT else FunctionType(domain, INT)
+        case core.RecordType(_, xs), core.RecordType(_, ys) if sorted(xs, key=_named) == sorted(ys, key=_named):
+            return a  # schemas with the same components have the same type
         case TupleType(xs), TupleType(ys) if len(xs) == len(ys):
             items = [join(x, y) for x, y in zip(xs, ys, strict=True)]
             return TupleType(tuple([item for item in items if item is not None])) if None not in items else None
     return None
+
+
+def _named(field: tuple[str, Type]) -> str:
+    return field[0]
 
 
 def _of(form: type[SequenceType] | type[SetType] | type[BagType], element: Type | None) -> Type | None:
@@ -129,6 +135,11 @@ def fit(term: Term, wanted: Type) -> Term:
         case FunctionType(), SetType(TupleType((first, second))):
             relation = fit(term, SetType(TupleType((term.type.domain, term.type.range))))
             return fit(relation, wanted)
+        case core.RecordType(_, has), core.RecordType(_, fields) if sorted(has, key=_named) == sorted(
+            fields, key=_named
+        ):
+            values = [core.Field(type=type_, record=term, name=name, span=term.span) for name, type_ in fields]
+            return core.Record(type=wanted, values=tuple(values), span=term.span)
         case SetType(), SetType(element):
             return _mapped_set(term, element)
         case TupleType(items), TupleType(others) if len(items) == len(others):

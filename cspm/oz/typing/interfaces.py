@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.oz import core
@@ -32,22 +33,56 @@ def compare_interfaces(
         report: told what does not match.
     """
     agreed = set()
+    compositions, mentioned = _compositions(models, outside)
     for name, users in _sharing(list(models.values())).items():
         if name in unclear:
             continue
+        if all(channel.kind == "operation" for _, channel in users):
+            # Classes of plain Object-Z that do not meet may call different operations the same.
+            met = {model for composition in compositions for model in _met(users, composition)}
+            users = [(model, channel) for model, channel in users if model.name in met]
         users = _without_ancestors(users, models)
         if all(_compared(users[0], other, report) for other in users[1:]):
             agreed.add(name)
-    compositions, mentioned = _compositions(models, outside)
     for composition in compositions:
         composed = _sharing([models[name] for name in composition])
         for name, users in composed.items():
             if name in agreed:
                 _ends(name, users, report)
-            if len(users) == 1 and name not in mentioned:
+            if len(users) == 1 and name not in mentioned and users[0][1].kind == "chan":
                 owner, channel = users[0]
                 others = [n for n, found in composed.items() if all(m.name != owner.name for m, _ in found)]
                 report(messages.lonely_channel(name, owner.name, channel.span, suggestions(name, others)))
+
+
+def settled(models: Mapping[str, core.ClassModel]) -> dict[str, core.ClassModel]:
+    """The classes, with operations of plain Object-Z as channels that all share if they mean the same by the name."""
+    alike = {
+        name
+        for name, users in _sharing(list(models.values())).items()
+        if len({tuple([p.type for p in c.parameters]) for m, c in users if not _depends(m, c)}) <= 1
+        or any(channel.kind == "chan" for _, channel in users)
+    }
+
+    def channel(found: core.Channel) -> core.Channel:
+        joins = found.kind == "operation" and found.name in alike
+        return replace(found, kind="chan") if joins else found
+
+    return {
+        name: replace(model, channels={n: channel(c) for n, c in model.channels.items()})
+        for name, model in models.items()
+    }
+
+
+def _depends(model: core.ClassModel, channel: core.Channel) -> bool:
+    """Whether the parameters of a channel depend on the generic parameters of its class."""
+    return any(_generic(p.type, model) for p in channel.parameters)
+
+
+def _met(users: Sequence[tuple[core.ClassModel, core.Channel]], composition: tuple[str, ...]) -> list[str]:
+    """The users of an operation that meet another one in a composition."""
+    found = [model.name for model, _ in users if model.name in composition]
+    return found if len(found) > 1 else []
 
 
 def _sharing(models: Sequence[core.ClassModel]) -> dict[str, list[tuple[core.ClassModel, core.Channel]]]:
@@ -55,7 +90,7 @@ def _sharing(models: Sequence[core.ClassModel]) -> dict[str, list[tuple[core.Cla
     sharing: dict[str, list[tuple[core.ClassModel, core.Channel]]] = {}
     for model in models:
         for channel in model.channels.values():
-            if channel.kind == "chan":
+            if channel.kind in ("chan", "operation"):
                 sharing.setdefault(channel.name, []).append((model, channel))
     return sharing
 

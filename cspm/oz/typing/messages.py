@@ -453,23 +453,49 @@ def rename_unknown(name: str, parent: str, span: Span, suggested: Sequence[str])
 
 @mistake(
     "CSP659",
-    "an operation expression is not supported",
+    "an operation expression has no meaning",
     explanation=(
-        "An operation may be defined from others by `and` (both), `[]` (either) and `;` (one after the other). "
-        "Promotion and enrichment need objects and are not supported."
+        "Operations are made of operations by `and`, `[]`, `;`, `||`, `\\ (k)`, `@` and their distributed forms. "
+        "Each is unfolded to one schema, so an operation cannot be defined by itself, and a sequence cannot be "
+        "distributed over a set that nobody knows."
     ),
     example=(
         "class C\n  chan c\n  main = c -> main\n  state\n    x : nat\n  op a\n    Delta(x)\n  where\n    x' = 1\n"
-        "  op c = a || a\nend"
+        "  op c = a ; c\nend"
     ),
     repair=(
         "class C\n  chan c\n  main = c -> main\n  state\n    x : nat\n  op a\n    Delta(x)\n  where\n    x' = 1\n"
         "  op c = a ; a\nend"
     ),
 )
-def operation_expression(what: str, span: Span) -> Diagnostic:
-    """An operator of Object-Z's operation calculus that has no meaning here."""
-    return Diagnostic("CSP659", f"`{what}` between operations is not supported", span)
+def operation_expression(span: Span) -> Diagnostic:
+    """Something that is no expression over operations."""
+    return Diagnostic("CSP659", "this is no operation", span)
+
+
+def no_operation_of_object(name: str, owner: str, span: Span, suggested: Sequence[str]) -> Diagnostic:
+    """An operation that the class of an object does not offer."""
+    return Diagnostic("CSP644", f"`{owner}` has no visible operation `{name}`", span, help=_meant(suggested))
+
+
+def objects_need_heap(what: str, span: Span) -> Diagnostic:
+    """Objects that cannot be told apart by name for ever."""
+    return Diagnostic("CSP659", f"{what} would need a heap, which is not supported", span)
+
+
+def promotion(span: Span) -> Diagnostic:
+    """The operation of something that is no object."""
+    return Diagnostic("CSP659", "only an object has operations", span)
+
+
+def distribution_not_known(span: Span) -> Diagnostic:
+    """A sequence, or operands in parallel, over a set that the text does not show."""
+    return Diagnostic(
+        "CSP659",
+        "how many operations these are is not known",
+        span,
+        help="`;` and `||` distribute over elements that are written out, as in `; x : <a, b> @ ...`",
+    )
 
 
 def unknown_operation(name: str, span: Span, suggested: Sequence[str]) -> Diagnostic:
@@ -479,7 +505,12 @@ def unknown_operation(name: str, span: Span, suggested: Sequence[str]) -> Diagno
 
 def operation_cycle(names: Sequence[str], span: Span) -> Diagnostic:
     """Operations that are defined by each other."""
-    return Diagnostic("CSP659", f"operations are defined by each other: {', '.join(f'`{n}`' for n in names)}", span)
+    if len(set(names)) == 1:
+        told = f"`{names[0]}` is defined by itself"
+    else:
+        told = f"operations are defined by each other: {', '.join(f'`{n}`' for n in names)}"
+    help_ = "recursion has no finite unfolding; let `main` repeat the operation"
+    return Diagnostic("CSP659", told, span, help=help_)
 
 
 @mistake(

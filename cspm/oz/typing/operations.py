@@ -1,24 +1,23 @@
 """Operations: the schemas of a class, tied to its channels.
 
 An event has one schema (``c`` or ``com_c``), or a guard and an effect (``enable_c``, ``effect_c``). Other schemas
-serve in definitions such as ``op c = A ; B``, which are unfolded here.
+serve in definitions such as ``op c = A ; B``, which :mod:`~cspcheck.cspm.oz.typing.operation_calculus` unfolds.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import count
-from typing import Literal
+from collections.abc import Callable, Hashable, Iterator, Mapping
+from dataclasses import replace
 
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.oz import core, syntax as s
-from cspcheck.cspm.oz.core import BOOL, Apply, Constant, Term, Variable
+from cspcheck.cspm.oz.core import Apply, Term, Variable
 from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
-from cspcheck.cspm.oz.typing.scopes import FailedEntry, ParameterEntry, Scope, StateEntry, mentioned
+from cspcheck.cspm.oz.typing.objects import promoted
+from cspcheck.cspm.oz.typing.operation_calculus import KINDS, SIGNS, Box, Calculus, Surroundings, declared_in
+from cspcheck.cspm.oz.typing.scopes import FailedEntry, ObjectEntry, ParameterEntry, Scope, StateEntry, mentioned
 from cspcheck.cspm.oz.typing.typing import Typing
 from cspcheck.cspm.oz.typing.typing_operators import Wrong
-from cspcheck.cspm.oz.values.substitution import renamed_variables
 from cspcheck.cspm.oz.values.terms import free_variables, shape
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.spelling import suggestions
@@ -27,24 +26,16 @@ Report = Callable[[Diagnostic], None]
 PREFIXES = ("com_", "enable_", "effect_")
 
 
-@dataclass(frozen=True)
-class Box:
-    """A schema by itself: what it may change, its parameters, its predicates.
-
-    ``declared`` are the predicates that its declarations are: each parameter is in the set that it is declared with.
-    They are kept apart from the others because most only repeat what the channel says.
-    """
-
-    name: str
-    delta: tuple[str, ...]
-    parameters: tuple[core.Parameter, ...]
-    declared: tuple[Apply, ...]
-    predicates: tuple[Term, ...]
-    span: Span
-
-
 class Boxes:
     """The schemas of one class.
+
+    Args:
+        tree: the class.
+        channels: its channels and methods.
+        typing, scope: by which its predicates are read.
+        around: its state.
+        inherited: the schemas of its parents, by the names of their operations.
+        report: told what is wrong.
 
     Attributes:
         channels: those of the class's channels that its schemas tell more about.
@@ -56,9 +47,8 @@ class Boxes:
         channels: Mapping[str, core.Channel],
         typing: Typing,
         scope: Scope,
-        states: Mapping[str, core.Declared],
-        secondary: set[str],
-        invariant: Sequence[Term],
+        around: Surroundings,
+        inherited: Mapping[str, Box],
         report: Report,
     ) -> None:
         self.tree = tree
@@ -66,17 +56,22 @@ class Boxes:
         self._known = channels
         self._typing = typing
         self._scope = scope
-        self._states = states
-        self._secondary = secondary
-        self._invariant = invariant
+        self._around = around
+        self._inherited = inherited
         self._report = report
         self._definitions = {o.name: o for o in tree.operations if isinstance(o, s.OperationDefinition)}
         self._boxes: dict[str, Box] = {}
         self._open: list[str] = []
-        self._fresh = count(1)
+        self._offered: frozenset[str] = frozenset()
+        self._calculus = Calculus(typing, around, self._named, self._in_brackets, self._promoted)
 
-    def operations(self) -> dict[str, core.Operation]:
-        """The operations that the class's own schemas make, by event."""
+    def operations(self, offered: Mapping[str, core.Operation]) -> dict[str, core.Operation]:
+        """The operations that the class's own schemas make, by event.
+
+        *offered* are those that it inherits. Of plain Object-Z, operations that a parent keeps to itself and that the
+        class makes visible are among the results.
+        """
+        self._offered = frozenset(offered)
         used = {
             reference.name for definition in self._definitions.values() for reference in mentioned([definition.body])
         }
@@ -90,7 +85,7 @@ class Boxes:
             event, role = self._event(operation.name)
             if event is not None:
                 events.setdefault(event, []).append((role, operation))
-            elif operation.name not in used:
+            elif operation.name not in used and not self._is_plain:
                 self._report(
                     messages.schema_without_channel(operation.name, operation.span, self._near(operation.name))
                 )
@@ -99,13 +94,31 @@ class Boxes:
             made = self._operation(event, schemas)
             if made is not None:
                 found[event] = made
+        for name, box in self._inherited.items():
+            if name in self._known and name not in offered and name not in found:
+                found[name] = self._of_boxes(name, {"com": box})
         for operation in self.tree.operations:
-            if (
-                isinstance(operation, s.OperationSchema)
-                and operation.name not in self._boxes
-                and operation.name in used
-            ):
-                self._box(operation, "effect")
+            if operation.name not in self._boxes and (operation.name in used or self._is_plain):
+                try:
+                    self._made(operation, "effect")
+                except Wrong as wrong:
+                    self._report(wrong.diagnostic)
+        return found
+
+    @property
+    def _is_plain(self) -> bool:
+        """Whether this is a class of Object-Z without channels, some of whose operations may be its own business."""
+        return all(channel.kind == "operation" for channel in self._known.values())
+
+    def boxes(self) -> dict[str, Box]:
+        """The schemas of the class, those that it inherits among them, by the names of their operations."""
+        found = dict(self._inherited)
+        for name, box in self._boxes.items():
+            before = found.get(name)
+            try:
+                found[name] = box if before is None else self._calculus.joined("and", before, box, box.span)
+            except Wrong as wrong:
+                self._report(wrong.diagnostic)
         return found
 
     def _event(self, name: str) -> tuple[str | None, str]:
@@ -139,6 +152,22 @@ class Boxes:
             except Wrong as wrong:
                 self._report(wrong.diagnostic)
                 return None
+        if event in self._inherited and event not in self._offered and "com" in boxes:
+            # What a parent says of an operation of this name that is none of its interface holds beside.
+            try:
+                boxes["com"] = self._calculus.joined("and", self._inherited[event], boxes["com"], boxes["com"].span)
+            except Wrong as wrong:
+                self._report(wrong.diagnostic)
+                return None
+        return self._of_boxes(event, boxes)
+
+    def _of_boxes(self, event: str, boxes: dict[str, Box]) -> core.Operation:
+        """The operation that the schemas of an event make."""
+        if self._known[event].kind == "operation":
+            # What is declared without decoration is a variable of the operation alone.
+            for role, box in boxes.items():
+                local = [(p.name, p.kind) for p in box.parameters if p.kind == "simple"]
+                boxes[role] = self._calculus.hidden(box, local)
         channel = self._channel(event, boxes)
         guard = boxes.get("enable")
         effect = boxes.get("com") or boxes.get("effect")
@@ -170,79 +199,88 @@ class Boxes:
     def _channel(self, event: str, boxes: Mapping[str, Box]) -> core.Channel:
         """The channel of an event, with what the schemas say of its parameters."""
         channel = self._known[event]
-        parameters = {p.name: p for p in channel.parameters}
+        parameters = {(p.name, p.kind): p for p in channel.parameters}
         adopts = channel.kind != "chan" and not channel.parameters
         for box in boxes.values():
             for parameter in box.parameters:
-                declared = parameters.get(parameter.name)
+                key = (parameter.name, parameter.kind)
+                # `k?` and `k!` are two variables; on a channel that declares one of them, the other is a mistake.
+                named = next((k for k in parameters if k[0] == parameter.name), key)
+                key = key if key in parameters or adopts else named
+                declared = parameters.get(key)
                 if declared is None and adopts:
-                    parameters[parameter.name] = replace(parameter, carrier=self._closed(parameter))
+                    parameters[key] = replace(parameter, carrier=self._calculus.closed_over_states(parameter))
                 elif declared is None:
-                    near = suggestions(parameter.name, parameters)
+                    near = suggestions(parameter.name, [name for name, _ in parameters])
                     self._report(messages.parameter_not_of_channel(parameter.name, event, parameter.span, near))
                 elif declared.type != parameter.type:
                     types = (str(parameter.type), str(declared.type))
                     self._report(messages.parameter_type(parameter.name, event, *types, parameter.span, declared.span))
                 elif declared.kind == "simple":
-                    parameters[parameter.name] = replace(declared, kind=parameter.kind)
+                    parameters[key] = replace(declared, kind=parameter.kind)
                 elif declared.kind != parameter.kind:
-                    signs = (_SIGNS[parameter.kind], _SIGNS[declared.kind])
+                    signs = (SIGNS[parameter.kind], SIGNS[declared.kind])
                     self._report(messages.parameter_kind(parameter.name, event, *signs, parameter.span, declared.span))
         channel = replace(channel, parameters=tuple(parameters.values()))
         self.channels[event] = channel
         return channel
 
-    def _closed(self, parameter: core.Parameter) -> Term:
-        """The set that a parameter is declared with, for any state: what the fields of its channel carry."""
-        used = {name for name, role in free_variables(parameter.carrier) if role == "before"}
-        if not used:
-            return parameter.carrier
-        table: dict[str, Variable] = {}
-        binders: list[core.Binder] = []
-        for name in [name for name in self._states if name in used]:
-            declared = self._states[name]
-            binders.append(self._bound(name, declared.type, declared.carrier))
-            table[name] = Variable(type=declared.type, name=binders[-1].name, role="bound", span=parameter.span)
-        carrier = renamed_variables(parameter.carrier, "before", table)
-        binders.append(self._bound(parameter.name, parameter.type, carrier))
-        value = Variable(type=parameter.type, name=binders[-1].name, role="bound", span=parameter.span)
-        return core.Comprehension(
-            type=core.SetType(parameter.type),
-            kind="set",
-            binders=tuple(binders),
-            condition=Constant(type=BOOL, value=True),
-            body=value,
-            span=parameter.carrier.span,
-        )
-
-    def _bound(self, name: str, type_: core.Type, carrier: Term) -> core.Binder:
-        """A binder with a name of its own."""
-        return core.Binder(f"{name}%{self.tree.name}%{next(self._fresh)}", type_, carrier, name)
-
     # --- boxes ------------------------------------------------------------------------------------------------
 
     def _made(self, schema: s.OperationSchema | s.OperationDefinition, place: str) -> Box:
         if isinstance(schema, s.OperationSchema):
-            return self._box(schema, place)
+            if schema.name not in self._boxes:
+                self._boxes[schema.name] = self._box(schema, place, self._scope)
+            return self._boxes[schema.name]
+        if schema.name in self._boxes:
+            return self._boxes[schema.name]
         if schema.name in self._open:
             raise Wrong(messages.operation_cycle([*self._open, schema.name], schema.span))
         self._open.append(schema.name)
         try:
-            box = self._defined(schema.body)
+            box = self._calculus.box(schema.body, self._scope)
         finally:
             self._open.pop()
-        return replace(box, name=schema.name, span=schema.span)
+        self._boxes[schema.name] = replace(box, name=schema.name, span=schema.span)
+        return self._boxes[schema.name]
 
-    def _box(self, schema: s.OperationSchema, place: str) -> Box:
-        if schema.name in self._boxes:
-            return self._boxes[schema.name]
+    def _named(self, reference: s.Reference) -> Box:
+        inherited = self._inherited.get(reference.name)
+        for operation in self.tree.operations:
+            if operation.name == reference.name:
+                own = self._made(operation, "effect")
+                if inherited is None:
+                    return own
+                return self._calculus.joined("and", inherited, own, reference.span)
+        if inherited is not None:
+            return inherited
+        names = [*[operation.name for operation in self.tree.operations], *self._inherited]
+        raise Wrong(messages.unknown_operation(reference.name, reference.span, suggestions(reference.name, names)))
+
+    def _in_brackets(self, text: s.OperationText, scope: Scope) -> Box:
+        schema = s.OperationSchema(
+            span=text.span, name="", delta=text.delta, declarations=text.declarations, predicates=text.predicates
+        )
+        return self._box(schema, "effect", scope)
+
+    def _promoted(self, selection: s.Selection, scope: Scope) -> Box:
+        found = self._typing.object(selection.record, scope, "effect")
+        if found is None:
+            raise Wrong(messages.promotion(selection.span))
+        return promoted(*found, selection.field, self._calculus, selection.span)
+
+    def _box(self, schema: s.OperationSchema, place: str, scope: Scope) -> Box:
         delta = self._delta(schema)
-        inner = Scope(self._scope)
+        inner = Scope(scope)
         parameters = []
         seen: dict[str, Span] = {}
+        included: list[s.Term] = []
         for declaration in schema.declarations:
+            if not declaration.names:
+                included.append(declaration.carrier)
+                continue
             try:
-                carrier = self._typing.carrier(declaration.carrier, self._scope)
+                carrier = self._typing.carrier(declaration.carrier, scope)
             except Wrong as wrong:
                 self._report(wrong.diagnostic)
                 for name in declaration.names:
@@ -250,17 +288,23 @@ class Boxes:
                 continue
             assert isinstance(carrier.type, core.SetType)
             for name in declaration.names:
-                if name.name in seen:
-                    self._report(type_messages.declared_twice(name.name, seen[name.name], name.span))
+                written = name.name + name.decoration
+                if written in seen:
+                    self._report(type_messages.declared_twice(written, seen[written], name.span))
                     continue
-                seen[name.name] = name.span
-                kind = _KINDS.get(name.decoration, "simple")
+                seen[written] = name.span
+                kind = KINDS.get(name.decoration, "simple")
                 parameter = core.Parameter(
                     name=name.name, type=carrier.type.element, carrier=carrier, span=name.span, kind=kind
                 )
                 parameters.append(parameter)
                 inner.add(name.name, ParameterEntry(name.name, kind, parameter.type, name.span))
         predicates = []
+        for node in included:
+            try:
+                predicates.append(self._included(node, scope, inner, parameters))
+            except Wrong as wrong:
+                self._report(wrong.diagnostic)
         for tree in schema.predicates:
             try:
                 predicates.append(self._typing.predicate(tree, inner, place))  # type: ignore[arg-type]
@@ -268,10 +312,22 @@ class Boxes:
                 self._report(wrong.diagnostic)
         if place == "effect":
             self._discipline(schema, delta, inner)
-        declared = tuple([_declared(parameter) for parameter in parameters])
-        box = Box(schema.name, delta, tuple(parameters), declared, tuple(predicates), schema.span)
-        self._boxes[schema.name] = box
-        return box
+        declared = tuple([declared_in(parameter) for parameter in parameters])
+        return Box(schema.name, delta, tuple(parameters), declared, tuple(predicates), schema.span)
+
+    def _included(self, node: s.Term, scope: Scope, inner: Scope, parameters: list[core.Parameter]) -> Term:
+        """What an included schema says; components that are no state variables are parameters of the operation."""
+        schema = self._typing.schemas.needed(node, scope)
+        for field in schema.fields:
+            base = field.name.rstrip("'?!")
+            kind = KINDS.get(field.name[len(base) :])
+            known = any((p.name, p.kind) == (base, kind) for p in parameters)
+            if kind is not None and not known and (kind != "simple" or base not in self._around.states):
+                parameters.append(
+                    core.Parameter(name=base, type=field.type, carrier=field.carrier, span=field.span, kind=kind)
+                )
+                inner.add(base, ParameterEntry(base, kind, field.type, field.span))
+        return self._typing.schemas.predicate(schema, inner, "effect", node.span)
 
     def _delta(self, schema: s.OperationSchema) -> tuple[str, ...]:
         found = []
@@ -279,11 +335,15 @@ class Boxes:
             entry = self._scope.find(name.name)
             if isinstance(entry, FailedEntry):
                 continue
+            if isinstance(entry, ObjectEntry):
+                what = f"`{name.name}` in a Delta-list: an object that is exchanged"
+                self._report(messages.objects_need_heap(what, name.span))
+                continue
             if isinstance(entry, StateEntry) and not entry.secondary:
                 found.append(name.name)
                 continue
             states = [n for n in self._scope.names() if isinstance(self._scope.find(n), StateEntry)]
-            near = suggestions(name.name, [n for n in states if n not in self._secondary])
+            near = suggestions(name.name, [n for n in states if n not in self._around.secondary])
             secondary = isinstance(entry, StateEntry)
             self._report(messages.wrong_in_delta(name.name, name.span, secondary=secondary, suggested=near))
         return tuple(dict.fromkeys(found))
@@ -310,110 +370,12 @@ class Boxes:
             # An operation about which nothing is said is a black box; one about which something is said is not.
             for listed in schema.delta or ():
                 if listed.name in delta and listed.name not in primed and listed.name not in forgotten:
-                    spoken = [n for n in map(self._states_in, self._invariant) if listed.name in n]
+                    spoken = [n for n in map(self._states_in, self._around.invariant) if listed.name in n]
                     if all(len(names) == 1 for names in spoken):
                         self._report(messages.never_primed(listed.name, listed.span, bounded=bool(spoken)))
 
     def _states_in(self, term: Term) -> set[str]:
         return {name for name, role in free_variables(term) if role == "before"}
-
-    # --- expressions over operations --------------------------------------------------------------------------
-
-    def _defined(self, body: s.Term) -> Box:
-        match body:
-            case s.Grouped():
-                return self._defined(body.inner)
-            case s.Reference():
-                return self._named(body)
-            case s.Operator(name="and" | "choice" | "compose" as name, operands=operands):
-                boxes = [self._defined(operand) for operand in operands]
-                result = boxes[0]
-                for box in boxes[1:]:
-                    result = self._joined(name, result, box, body.span)
-                return result
-            case s.Operator(name=name):
-                raise Wrong(messages.operation_expression(_WRITTEN.get(name, name), body.span))
-        raise Wrong(messages.operation_expression("this", body.span))
-
-    def _named(self, reference: s.Reference) -> Box:
-        for operation in self.tree.operations:
-            if operation.name == reference.name:
-                return self._made(operation, "effect")
-        names = [operation.name for operation in self.tree.operations]
-        raise Wrong(messages.unknown_operation(reference.name, reference.span, suggestions(reference.name, names)))
-
-    def _joined(self, name: str, left: Box, right: Box, span: Span) -> Box:
-        delta = tuple(dict.fromkeys((*left.delta, *right.delta)))
-        parameters = {p.name: p for p in left.parameters}
-        for parameter in right.parameters:
-            first = parameters.get(parameter.name)
-            if first is None:
-                parameters[parameter.name] = parameter
-            elif (first.type, first.kind) != (parameter.type, parameter.kind):
-                types = (str(parameter.type), str(first.type))
-                raise Wrong(messages.parameter_type(parameter.name, name, *types, parameter.span, first.span))
-            elif shape(first.carrier) != shape(parameter.carrier):
-                how: Literal["inter", "union"] = "union" if name == "choice" else "inter"
-                parameters[parameter.name] = replace(first, carrier=joined_sets(how, first.carrier, parameter.carrier))
-        declared = tuple({shape(d): d for d in (*left.declared, *right.declared)}.values())
-        if name == "and":
-            predicates: tuple[Term, ...] = (*left.predicates, *right.predicates)
-        elif name == "choice":
-            # What only one alternative declares holds in that alternative.
-            shapes = [{shape(d) for d in box.declared} for box in (left, right)]
-            declared = tuple([d for d in declared if all(shape(d) in known for known in shapes)])
-            common = set(map(shape, declared))
-            both = []
-            for box in (left, right):
-                own = [d for d in box.declared if shape(d) not in common]
-                both.append(core.conjunction((*own, *box.predicates, *self._kept(delta, box)), box.span))
-            predicates = (Apply(type=BOOL, operator="or", operands=tuple(both), span=span),)
-        else:
-            # What the second operation declares is about the state between.
-            between = [d for d in right.declared if any(role == "before" for _, role in free_variables(d))]
-            declared = tuple([d for d in declared if d in left.declared or d not in between])
-            second = replace(right, predicates=(*between, *right.predicates))
-            predicates = (self._sequence(left, second, delta, span),)
-        return Box(name, delta, tuple(parameters.values()), declared, predicates, span)
-
-    def _kept(self, delta: tuple[str, ...], box: Box) -> Iterator[Term]:
-        """That variables of a joint Delta-list which one operation does not change keep their values."""
-        for name in delta:
-            if name not in box.delta:
-                after, before = self._state(name, "after", box.span), self._state(name, "before", box.span)
-                yield Apply(type=BOOL, operator="equal", operands=(after, before), span=box.span)
-
-    def _state(self, name: str, role: core.Role, span: Span) -> Variable:
-        entry = self._scope.find(name)
-        assert isinstance(entry, StateEntry)
-        return Variable(type=entry.type, name=name, role=role, span=span)
-
-    def _sequence(self, left: Box, right: Box, delta: tuple[str, ...], span: Span) -> Term:
-        """One operation, then the other, by way of a state between them that satisfies the invariant."""
-        middle = {}
-        binders = []
-        between = [*delta, *sorted(self._secondary)]
-        for name in between:
-            declared = self._states[name]
-            binders.append(self._bound(name, declared.type, declared.carrier))
-            middle[name] = Variable(type=declared.type, name=binders[-1].name, role="bound", span=span)
-        first = [renamed_variables(p, "after", middle) for p in (*left.predicates, *self._kept(delta, left))]
-        holds = [renamed_variables(p, "before", middle) for p in self._invariant]
-        second = [renamed_variables(p, "before", middle) for p in (*right.predicates, *self._kept(delta, right))]
-        return core.Quantifier(
-            type=BOOL,
-            kind="exists",
-            binders=tuple(binders),
-            condition=core.conjunction(tuple(holds), span),
-            body=core.conjunction((*first, *second), span),
-            span=span,
-        )
-
-
-def _declared(parameter: core.Parameter) -> Apply:
-    """The predicate that the declaration of a parameter is."""
-    variable = Variable(type=parameter.type, name=parameter.name, role=parameter.kind, span=parameter.span)
-    return Apply(type=BOOL, operator="in", operands=(variable, parameter.carrier), span=parameter.span)
 
 
 def _subject(declared: Apply) -> Variable:
@@ -425,19 +387,12 @@ def _subject(declared: Apply) -> Variable:
 
 def _beyond(box: Box, channel: core.Channel) -> list[Apply]:
     """The declarations of a schema that say something else than those of the channel do."""
-    known = {p.name: shape(p.carrier) for p in channel.parameters}
-    return [d for d in box.declared if known.get(_subject(d).name) not in (None, shape(d.operands[1]))]
+    known: dict[tuple[str, core.Role], Hashable] = {(p.name, p.kind): shape(p.carrier) for p in channel.parameters}
+    return [d for d in box.declared if known.get(_key(_subject(d))) not in (None, shape(d.operands[1]))]
 
 
-def joined_sets(operator: Literal["inter", "union"], left: Term, right: Term) -> Term:
-    """Two declared sets as one, in an order that does not depend on which of them was declared first."""
-    first, second = sorted((left, right), key=lambda term: str(shape(term)))
-    return Apply(type=left.type, operator=operator, operands=(first, second), span=left.span)
-
-
-_SIGNS = {"input": "?", "output": "!", "simple": ""}
-_KINDS: dict[str, core.ParameterKind] = {"?": "input", "!": "output", "": "simple"}
-_WRITTEN = {"parallel": "||", "hide": "\\", "enrich": "@"}
+def _key(variable: Variable) -> tuple[str, core.Role]:
+    return variable.name, variable.role
 
 
 def branches(predicates: tuple[s.Term, ...]) -> list[list[s.Term]]:

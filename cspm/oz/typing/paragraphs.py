@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from graphlib import CycleError, TopologicalSorter
 
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.oz import core, syntax as s
-from cspcheck.cspm.oz.core import INT, Apply, Constant, Declared, RecordType, SetType
+from cspcheck.cspm.oz.core import INT, Apply, Constant, Declared, SetType
 from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
+from cspcheck.cspm.oz.typing.schemas import Schema as Components
 from cspcheck.cspm.oz.typing.scopes import (
     ConstructorEntry,
     FailedEntry,
@@ -21,6 +23,7 @@ from cspcheck.cspm.oz.typing.scopes import (
 )
 from cspcheck.cspm.oz.typing.typing import Typing
 from cspcheck.cspm.oz.typing.typing_operators import Wrong
+from cspcheck.cspm.oz.values.substitution import substituted
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
 
@@ -137,13 +140,28 @@ class Paragraphs:
             case s.Abbreviation():
                 if paragraph.generics:
                     self.scope.add(paragraph.name, GenericEntry(paragraph, self.scope))
+                elif not isinstance(paragraph.body, s.Reference) and self._is_schema(paragraph.body):
+                    self._once(paragraph.name, self.records.get(paragraph.name), paragraph.span)
+                    value = self.typing.schemas.needed(paragraph.body, self.scope)
+                    term = self.typing.schemas.named(paragraph.name, value, paragraph.span)
+                    self.scope.add(paragraph.name, SetEntry(term, paragraph.span, schema=paragraph.name))
                 else:
                     term = self.typing.expression(paragraph.body, self.scope, "axiom")
                     self.scope.add(paragraph.name, SetEntry(term, paragraph.span))
+            case s.Schema() if paragraph.generics:
+                body = s.SchemaText(
+                    span=paragraph.span, declarations=paragraph.declarations, predicates=paragraph.predicates
+                )
+                named = s.Abbreviation(span=paragraph.span, name=paragraph.name, body=body, generics=paragraph.generics)
+                self.scope.add(paragraph.name, GenericEntry(named, self.scope))
             case s.Schema():
                 self._schema(paragraph)
             case s.Axiom():
                 self._axiom(paragraph)
+
+    def _is_schema(self, body: s.Term) -> bool:
+        """Whether an expression is one of the schema calculus."""
+        return self.typing.schemas.value(body, self.scope) is not None
 
     def _free(self, paragraph: s.FreeType) -> None:
         type_ = core.FreeType(paragraph.name)
@@ -163,19 +181,14 @@ class Paragraphs:
             self.report(type_messages.declared_twice(name, known.span, span))
 
     def _schema(self, paragraph: s.Schema) -> None:
-        fields = tuple(self.declared(paragraph.declarations, self.scope))
-        type_ = RecordType(paragraph.name, tuple([(field.name, field.type) for field in fields]))
-        inner = Scope(self.scope)
-        for field in fields:
-            variable = core.Variable(type=field.type, name=field.name, role="bound", span=field.span)
-            inner.add(field.name, VariableEntry(variable, field.span))
-        predicates = self.predicates(paragraph.predicates, inner, "record")
+        fields = tuple(self.declared(paragraph.declarations, self.scope, decorated=True))
+        included = tuple(self.included(paragraph.declarations, self.scope))
+        inner = self.typing.schemas.inside(Components(fields), self.scope)
+        predicates = (*included, *self.predicates(paragraph.predicates, inner, "record"))
         initial = None if paragraph.initial is None else self.predicates(paragraph.initial, inner, "initial")
         self._once(paragraph.name, self.records.get(paragraph.name), paragraph.span)
-        self.records[paragraph.name] = core.RecordDefinition(
-            name=paragraph.name, fields=fields, predicates=predicates, initial=initial, span=paragraph.span
-        )
-        term = Apply(type=SetType(type_), operator="Records")
+        schema = Components(fields, predicates)
+        term = self.typing.schemas.named(paragraph.name, schema, paragraph.span, initial)
         self.scope.add(paragraph.name, SetEntry(term, paragraph.span, schema=paragraph.name))
 
     def _axiom(self, paragraph: s.Axiom) -> None:
@@ -183,28 +196,51 @@ class Paragraphs:
             self.constants.append(constant)
             variable = core.Variable(type=constant.type, name=constant.name, role="constant", span=constant.span)
             self.scope.add(constant.name, VariableEntry(variable, constant.span))
+        table = {c.name: c for c in self.constants}
+        self.axioms.extend(
+            substituted(p, lambda v: _constant(table.get(v.name)) if v.role == "bound" else None)
+            for p in self.included(paragraph.declarations, self.scope)
+        )
         self.axioms.extend(self.predicates(paragraph.predicates, self.scope, "axiom"))
 
     # --- parts ------------------------------------------------------------------------------------------------
 
-    def declared(self, declarations: Sequence[s.Declare], scope: Scope) -> Iterator[Declared]:
-        """The names of declarations with types and carriers; wrong ones are reported and left out."""
-        seen: dict[str, Span] = {}
+    def declared(
+        self, declarations: Sequence[s.Declare], scope: Scope, *, decorated: bool = False
+    ) -> Iterator[Declared]:
+        """The names of declarations with types and carriers; wrong ones are reported and left out.
+
+        With *decorated* names keep their decorations, as the components of a schema do. What an included schema
+        declares is among them; what is declared twice that way is so in the same type.
+        """
+        seen: dict[str, Declared] = {}
+        own: set[str] = set()
         for declaration in declarations:
             try:
-                carrier = self.typing.carrier(declaration.carrier, scope)
+                found = self.typing.schemas.declared([declaration], scope)
             except Wrong as wrong:
                 self.report(wrong.diagnostic)
                 for name in declaration.names:
                     scope.add(name.name + name.decoration, FailedEntry(wrong.diagnostic))
                 continue
-            assert isinstance(carrier.type, SetType)
-            for name in declaration.names:
-                if name.name in seen:
-                    self.report(type_messages.declared_twice(name.name, seen[name.name], name.span))
-                    continue
-                seen[name.name] = name.span
-                yield Declared(name=name.name, type=carrier.type.element, carrier=carrier, span=name.span)
+            for field in found.fields:
+                name_ = field.name if decorated else field.name.rstrip("'?!")
+                first = seen.get(name_)
+                if first is None:
+                    seen[name_] = replace(field, name=name_)
+                    yield seen[name_]
+                elif first.type != field.type or (declaration.names and name_ in own):
+                    self.report(type_messages.declared_twice(name_, first.span, field.span))
+                own |= {name_} if declaration.names else set()
+
+    def included(self, declarations: Sequence[s.Declare], scope: Scope) -> Iterator[core.Term]:
+        """What included schemas say, of bound variables with the names of their components."""
+        if all(declaration.names for declaration in declarations):
+            return
+        try:
+            yield from self.typing.schemas.declared(declarations, scope).predicates
+        except Wrong as wrong:
+            self.report(wrong.diagnostic)
 
     def predicates(self, trees: Sequence[s.Term], scope: Scope, place: str) -> tuple[core.Term, ...]:
         """The predicates that could be made sense of; mistakes in the others are reported."""
@@ -215,6 +251,12 @@ class Paragraphs:
             except Wrong as wrong:
                 self.report(wrong.diagnostic)
         return tuple(found)
+
+
+def _constant(constant: Declared | None) -> core.Term | None:
+    if constant is None:
+        return None
+    return core.Variable(type=constant.type, name=constant.name, role="constant", span=constant.span)
 
 
 def _declared(paragraph: s.Paragraph) -> Iterator[tuple[str, Span]]:
@@ -245,8 +287,9 @@ def _needs(paragraph: s.Paragraph) -> Iterator[str]:
             own = {name.name for name in paragraph.generics}
         case s.Schema():
             terms = [d.carrier for d in paragraph.declarations]
-            own = {name.name for d in paragraph.declarations for name in d.names}
-            yield from _names(terms)
+            own = {name.name for name in paragraph.generics}
+            yield from (name for name in _names(terms) if name not in own)
+            own |= {name.name for d in paragraph.declarations for name in d.names}
             terms = [*paragraph.predicates, *(paragraph.initial or ())]
         case s.Axiom():
             own = {name.name for d in paragraph.declarations for name in d.names}

@@ -78,6 +78,29 @@ class ClassEntry:
 
 
 @dataclass(frozen=True, slots=True)
+class ObjectEntry:
+    """An attribute of a class type, whose variables are those of its class under its name.
+
+    Attributes:
+        name: with those of the objects that it belongs to, ``bank.card``.
+        owner: its class.
+        binder: of a family of objects, the variable that stands for the identity in ``initial``.
+        initial: what its INIT says.
+        made: what is known of the class (:class:`~cspcheck.cspm.oz.typing.objects.ObjectClass`).
+        span: where it is declared.
+        shared: the constants that its class gives a value, which all objects have in common.
+    """
+
+    name: str
+    owner: str
+    binder: core.Binder | None
+    initial: tuple[core.Term, ...]
+    made: object
+    span: Span
+    shared: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True, slots=True)
 class AmbiguousEntry:
     """A state variable that both classes of a retrieve relation have; it needs the class's name before it."""
 
@@ -99,23 +122,24 @@ Entry: TypeAlias = (
     | GenericEntry
     | ConstructorEntry
     | ClassEntry
+    | ObjectEntry
     | AmbiguousEntry
     | FailedEntry
 )
 
 
 class Scope:
-    """Names and what they mean, with the scope around. Parameters are kept apart: ``x`` and ``x?`` may both exist."""
+    """Names and what they mean, with the scope around. ``x``, ``x?`` and ``x!`` are different variables."""
 
     def __init__(self, outer: Scope | None = None) -> None:
         self.outer = outer
         self._entries: dict[str, Entry] = {}
-        self._parameters: dict[str, ParameterEntry] = {}
+        self._parameters: dict[tuple[str, core.ParameterKind], ParameterEntry] = {}
 
     def add(self, name: str, entry: Entry) -> None:
         """Give *name* a meaning here; one from further out is hidden."""
         if isinstance(entry, ParameterEntry) and entry.kind != "simple":
-            self._parameters[name] = entry
+            self._parameters[name, entry.kind] = entry
         else:
             self._entries[name] = entry
 
@@ -129,13 +153,15 @@ class Scope:
             scope = scope.outer
         return None
 
-    def parameter(self, name: str) -> ParameterEntry | None:
-        """The input or output called *name*."""
+    def parameter(self, name: str, kind: core.ParameterKind | None = None) -> ParameterEntry | None:
+        """The input or output called *name*; where there are both, the one of *kind*."""
+        wanted: tuple[core.ParameterKind, ...] = ("input", "output") if kind is None else (kind,)
         scope: Scope | None = self
         while scope is not None:
-            entry = scope._parameters.get(name)
-            if entry is not None:
-                return entry
+            for each in wanted:
+                entry = scope._parameters.get((name, each))
+                if entry is not None:
+                    return entry
             scope = scope.outer
         return None
 
@@ -154,8 +180,8 @@ class Scope:
         """The inputs and outputs in scope, with their decorations."""
         scope: Scope | None = self
         while scope is not None:
-            for name, entry in scope._parameters.items():
-                yield name + ("?" if entry.kind == "input" else "!")
+            for name, kind in scope._parameters:
+                yield name + ("?" if kind == "input" else "!")
             scope = scope.outer
 
 
@@ -222,4 +248,17 @@ def subterms(term: s.Term) -> Iterator[s.Term]:
             yield term.otherwise
         case s.Local():
             yield from (value for _, value in term.definitions)
+            yield term.body
+        case s.SchemaText():
+            yield from (declaration.carrier for declaration in term.declarations)
+            yield from term.predicates
+        case s.OperationText():
+            yield from (declaration.carrier for declaration in term.declarations)
+            yield from term.predicates
+        case s.Renamed():
+            yield term.term
+        case s.Distributed():
+            yield from (declaration.carrier for declaration in term.declarations)
+            if term.condition is not None:
+                yield term.condition
             yield term.body

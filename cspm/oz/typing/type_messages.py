@@ -226,6 +226,33 @@ def prime_out_of_place(name: str, place: str, span: Span) -> Diagnostic:
     )
 
 
+def no_schema(found: str, span: Span) -> Diagnostic:
+    """Something that is included, or composed with schemas, and is none."""
+    return Diagnostic(
+        "CSP631", f"this is no schema but of type `{found}`", span, help="a declaration is written `x : T`"
+    )
+
+
+def no_schema_here(span: Span) -> Diagnostic:
+    """A schema where only declarations of variables have a meaning."""
+    return Diagnostic("CSP631", "a schema cannot be included here", span, help="declare its components")
+
+
+def no_component(name: str, span: Span, suggested: Sequence[str]) -> Diagnostic:
+    """A name that is no component of a schema, where one is hidden or renamed."""
+    return Diagnostic("CSP630", f"`{name}` is no component of this schema", span, help=_meant(suggested))
+
+
+def iteration_not_known(span: Span) -> Diagnostic:
+    """An iterate of a relation whose number is not written out."""
+    return Diagnostic(
+        "CSP631",
+        "how often the relation is iterated must be a number that is written out, up to 32",
+        span,
+        help="`r^+` and `r^*` are its closures",
+    )
+
+
 def prime_on_no_state(name: str, span: Span) -> Diagnostic:
     """A prime on something that does not change."""
     return Diagnostic(
@@ -269,8 +296,9 @@ _PLACES = {
     "CSP637",
     "a class is used as a value",
     explanation=(
-        "A class is a process. Its objects cannot be stored in variables or be passed as values; data that several "
-        "classes share is a class of its own, composed with them and joined by channels."
+        "A class is a process. An attribute `a : C` or `f : X -> C` is an object for ever, or a family of them, if C "
+        "has operations and no channels; objects cannot be exchanged, shared or passed as values. What several "
+        "processes share is a process of its own, composed with them and joined by channels."
     ),
     example="class Board\n  main = STOP\nend\nclass C\n  main = STOP\n  state\n    b : Board\nend",
     repair="schema Board\n  direction : nat\nend\nclass C\n  main = STOP\n  state\n    b : Board\nend",
@@ -284,6 +312,22 @@ def class_is_no_value(name: str, span: Span, declared: Span) -> Diagnostic:
         labels=(Label(declared, "declared here"),),
         help="let it be a process beside this one, joined by channels, or declare its data with `schema`",
     )
+
+
+def object_is_no_value(name: str, span: Span, declared: Span) -> Diagnostic:
+    """An object where its identity would be a value."""
+    return Diagnostic(
+        "CSP637",
+        f"`{name}` is an object, not a value",
+        span,
+        labels=(Label(declared, "declared here"),),
+        help="a name is one object for ever: say what holds of its attributes, or call its operations",
+    )
+
+
+def no_such_object(text: str, span: Span) -> Diagnostic:
+    """Something that looks like an object and is none, such as a family without an identity."""
+    return Diagnostic("CSP637", f"`{text}` is no object", span, help="of a family `f : X -> C`, `f(x)` is one")
 
 
 @mistake(

@@ -7,7 +7,7 @@ asks for a predicate or a set decides how to go on.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import MutableMapping, Sequence
 from dataclasses import replace
 from itertools import count
 from typing import Final
@@ -32,13 +32,25 @@ from cspcheck.cspm.oz.core import (
 )
 from cspcheck.cspm.oz.reading.operators import FUNCTIONS
 from cspcheck.cspm.oz.typing import type_messages as messages
+from cspcheck.cspm.oz.typing.everyday import (
+    by_pairs,
+    component,
+    constructed_from,
+    constructor_function,
+    is_by_pairs,
+    is_iteration,
+    iterated,
+)
 from cspcheck.cspm.oz.typing.fitting import UNKNOWN, Misfit, fit, join, unknown_in
+from cspcheck.cspm.oz.typing.forms import constructor, dotted, interval, is_schema, row, settled
+from cspcheck.cspm.oz.typing.schemas import WORDS as SCHEMA_WORDS, Schemas
 from cspcheck.cspm.oz.typing.scopes import (
     AmbiguousEntry,
     ClassEntry,
     ConstructorEntry,
     FailedEntry,
     GenericEntry,
+    ObjectEntry,
     ParameterEntry,
     Place,
     Scope,
@@ -59,6 +71,8 @@ from cspcheck.cspm.oz.typing.typing_operators import (
     partition,
     toolkit_function,
 )
+from cspcheck.cspm.oz.values.substitution import substituted
+from cspcheck.cspm.oz.writing.printer import print_term
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.spelling import suggestions
 
@@ -72,10 +86,11 @@ class Typing:
         records: what schemas have been declared, by name; grows while the specification is elaborated.
     """
 
-    def __init__(self, records: Mapping[str, core.RecordDefinition]) -> None:
+    def __init__(self, records: MutableMapping[str, core.RecordDefinition]) -> None:
         self._records = records
         self._fresh = count(1)
         self._instances: dict[tuple[int, tuple[Term, ...]], Term] = {}
+        self.schemas = Schemas(self, records)
 
     # --- what is asked for ------------------------------------------------------------------------------------
 
@@ -115,6 +130,8 @@ class Typing:
         inner = Scope(scope)
         found: list[Binder] = []
         for declaration in declarations:
+            if not declaration.names:
+                raise Wrong(messages.no_schema_here(declaration.span))
             carrier = settled(self._set(declaration.carrier, scope, place))
             assert isinstance(carrier.type, SetType)
             for name in declaration.names:
@@ -126,10 +143,25 @@ class Typing:
                 inner.add(name.name, VariableEntry(variable, name.span))
         return tuple(found), inner
 
+    def local(self, scope: Scope, name: s.Declared, value: s.Term, place: Place) -> Scope:
+        """The scope in which a name stands for a value.
+
+        Raises:
+            Wrong: something in the value is wrong.
+        """
+        inner = Scope(scope)
+        inner.add(name.name, VariableEntry(self._term(value, scope, place), name.span))
+        return inner
+
+    def _binder(self, name: str, type_: Type, carrier: Term) -> Binder:
+        return Binder(f"{name}%{next(self._fresh)}", type_, carrier, name)
+
     # --- predicates -------------------------------------------------------------------------------------------
 
     def _predicate(self, node: s.Term, scope: Scope, place: Place) -> Term:
         term = self._term(node, scope, place)
+        if is_schema(term):
+            return self.schemas.predicate(self.schemas.needed(node, scope), scope, place, node.span)
         if term.type != BOOL:
             raise Wrong(messages.no_predicate(str(term.type), node.span))
         return term
@@ -151,6 +183,8 @@ class Typing:
         if relation in ("less", "at_most"):
             left, right = numbers(left, right, span)
         elif relation == "in":
+            if is_by_pairs(left.type, right):
+                return by_pairs(left, right, self._binder, span)
             left, right = self._member(left, right, span)
         elif relation in ("prefix", "suffix", "infix"):
             left, right = alike(left, right, span)
@@ -209,9 +243,14 @@ class Typing:
                 return self._record(node, scope, place)
             case s.Binding():
                 return self._comprehension(node, scope, place)
+            case s.SchemaText():
+                return self.schema(node, scope)
+            case s.Renamed():
+                return self.schema(node, scope)
             case s.Quantified():
-                binders, inner = self.binders(node.declarations, scope, place)
+                binders, inner, included = self._bound(node.declarations, scope, place)
                 condition = TRUE if node.condition is None else self._predicate(node.condition, inner, place)
+                condition = condition if included is None else core.conjunction((included, condition), node.span)
                 body = self._predicate(node.body, inner, place)
                 return core.Quantifier(
                     type=BOOL, kind=node.kind, binders=binders, condition=condition, body=body, span=node.span
@@ -232,7 +271,37 @@ class Typing:
     def _set(self, node: s.Term, scope: Scope, place: Place) -> Term:
         return as_set(self._term(node, scope, place), node.span)
 
+    def _bound(
+        self, declarations: Sequence[s.Declare], scope: Scope, place: Place
+    ) -> tuple[tuple[Binder, ...], Scope, Term | None]:
+        """The variables of a quantifier or comprehension, the scope inside, and what schemas among them say."""
+        if all(declaration.names for declaration in declarations):
+            return *self.binders(declarations, scope, place), None
+        return self.schemas.binders(self.schemas.declared(declarations, scope), scope)
+
+    def schema(self, node: s.Term, scope: Scope, name: str | None = None) -> Term:
+        """A schema expression as the set of its bindings; without a *name* it is known by what it says.
+
+        Raises:
+            Wrong: it is no schema, or something in it is wrong.
+        """
+        return self.schemas.named(name or print_term(node), self.schemas.needed(node, scope), node.span)
+
+    def instance(self, node: s.Reference, scope: Scope) -> Term | None:
+        """A generic abbreviation or schema with its actual parameters; None if the name is none."""
+        entry = scope.find(node.name)
+        return self._instance(node, entry, scope) if isinstance(entry, GenericEntry) else None
+
     def _reference(self, node: s.Reference, scope: Scope, place: Place) -> Term:
+        if node.decoration:
+            # A component of a schema has its decoration in its name.
+            component = scope.find(node.name + node.decoration)
+            if isinstance(component, VariableEntry):
+                return replace(component.term, span=node.span)
+            if place != "effect" and isinstance(scope.find(node.name), SetEntry):
+                schema = self.schemas.value(node, scope)
+                if schema is not None:
+                    return self.schemas.named(node.name + node.decoration, schema, node.span)
         if node.decoration in ("?", "!"):
             return self._parameter(node, scope, place)
         entry = scope.find(node.name)
@@ -253,6 +322,8 @@ class Typing:
                 raise Wrong(messages.constructor_without_argument(entry.name, node.span))
             case GenericEntry():
                 return self._instance(node, entry, scope)
+            case ObjectEntry():
+                raise Wrong(messages.object_is_no_value(node.name, node.span, entry.span))
             case ClassEntry():
                 raise Wrong(messages.class_is_no_value(node.name, node.span, entry.span))
             case AmbiguousEntry():
@@ -274,9 +345,10 @@ class Typing:
         failed = scope.find(written)
         if isinstance(failed, FailedEntry):
             raise Wrong(failed.diagnostic)
-        entry = scope.parameter(node.name)
         kind: core.ParameterKind = "input" if node.decoration == "?" else "output"
-        if entry is None or entry.kind != kind:
+        found = scope.parameter(node.name, kind)
+        entry = found or scope.parameter(node.name)
+        if entry is None or found is None:
             other = None if entry is None else node.name + ("?" if entry.kind == "input" else "!")
             near = suggestions(written, scope.parameters()) if other is None else (other,)
             if not near and scope.find(node.name) is not None:
@@ -309,7 +381,11 @@ class Typing:
             inner = Scope(entry.scope)
             for name, argument in zip(wanted, arguments, strict=True):
                 inner.add(name.name, SetEntry(argument, name.span))
-            self._instances[key] = self.expression(entry.abbreviation.body, inner, "axiom")
+            body = entry.abbreviation.body
+            if self.schemas.value(body, inner) is not None:
+                self._instances[key] = self.schema(body, inner, print_term(node))
+            else:
+                self._instances[key] = self.expression(body, inner, "axiom")
         return self._instances[key]
 
     # --- operators --------------------------------------------------------------------------------------------
@@ -317,22 +393,29 @@ class Typing:
     def _operator(self, node: s.Operator, scope: Scope, place: Place) -> Term:
         name, span = node.name, node.span
         if name in ("and", "or"):
-            operands = [self._predicate(operand, scope, place) for operand in _row(node, name)]
+            operands = [self._predicate(operand, scope, place) for operand in row(node, name)]
             return Apply(type=BOOL, operator=name, operands=tuple(operands), span=span)
         if name in ("not", "implies", "iff"):
             predicates = tuple([self._predicate(operand, scope, place) for operand in node.operands])
             return Apply(type=BOOL, operator=name, operands=predicates, span=span)
         if name == "cross":
-            sets = tuple([self._set(operand, scope, place) for operand in _row(node, name)])
+            sets = tuple([self._set(operand, scope, place) for operand in row(node, name)])
             items = tuple([element_of(operand) for operand in sets])
             return Apply(type=SetType(TupleType(items)), operator="cross", operands=sets, span=span)
-        operands = [self._term(operand, scope, place) for operand in node.operands]
+        operands = [self._operand(operand, scope, place) for operand in node.operands]
+        if name == "concat" and is_iteration(operands):
+            return iterated(operands, span)
         rule = RULES.get(name)
         if rule is None:
             raise Wrong(messages.no_operator_here(name, span))
         return rule(name, operands, span)
 
-    # --- relations and functions ------------------------------------------------------------------------------
+    def _operand(self, node: s.Term, scope: Scope, place: Place) -> Term:
+        """An operand of an operator of the toolkit, where a constructor is a function."""
+        entry = constructor(node, scope)
+        if entry is None or entry.carrier is None:
+            return self._term(node, scope, place)
+        return constructor_function(entry.name, entry.type, entry.carrier, self._binder, node.span)
 
     # --- application ------------------------------------------------------------------------------------------
 
@@ -342,6 +425,10 @@ class Typing:
             function = function.inner
         if isinstance(function, s.Reference) and function.decoration == "":
             entry = scope.find(function.name)
+            if entry is None and function.name == "theta":
+                return self.schemas.binding(node.argument, scope, place, node.span)
+            if entry is None and function.name in SCHEMA_WORDS:
+                return self.schema(node, scope)
             if isinstance(entry, ConstructorEntry):
                 if entry.carrier is None:
                     raise Wrong(messages.constructor_with_argument(entry.name, node.span))
@@ -349,6 +436,11 @@ class Typing:
                 return core.Construct(type=entry.type, constructor=entry.name, argument=argument, span=node.span)
             if entry is None and function.name in FUNCTIONS:
                 return toolkit_function(function.name, self._term(node.argument, scope, place), node.span)
+        if isinstance(function, s.Operator) and function.name == "inverse":
+            made = constructor(function.operands[0], scope)
+            if made is not None and made.carrier is not None:
+                value = coerced(self._term(node.argument, scope, place), made.type, node.span)
+                return constructed_from(made.name, made.type, made.carrier, value, self._binder, node.span)
         applied = self._term(function, scope, place)
         argument = self._term(node.argument, scope, place)
         match applied.type:
@@ -371,6 +463,9 @@ class Typing:
         qualified = self._qualified(node, scope)
         if qualified is not None:
             return qualified
+        found = self.object(node.record, scope, place)
+        if found is not None:
+            return self._attribute(node, *found, scope, place)
         record = self._term(node.record, scope, place)
         own = isinstance(record.type, RecordType) and node.field in dict(record.type.fields)
         if node.field in ("INIT", "init") and not own:
@@ -379,6 +474,10 @@ class Typing:
             if self._records[record.type.name].initial is None:
                 raise Wrong(messages.record_without_init(record.type.name, node.span))
             return Apply(type=BOOL, operator="init", operands=(record,), span=node.span)
+        if isinstance(record.type, TupleType) and node.field.isdigit():
+            item = component(record, int(node.field), node.span)
+            if item is not None:
+                return item
         if not isinstance(record.type, RecordType):
             raise Wrong(messages.field_of_no_record(node.field, str(record.type), node.span))
         for name, type_ in record.type.fields:
@@ -386,6 +485,43 @@ class Typing:
                 return core.Field(type=type_, record=record, name=name, span=node.span)
         names = [name for name, _ in record.type.fields]
         raise Wrong(messages.no_such_field(node.field, record.type.name, node.span, suggestions(node.field, names)))
+
+    def object(self, node: s.Term, scope: Scope, place: Place) -> tuple[ObjectEntry, Term | None] | None:
+        """The object that a term names, with its identity if it is one of a family; None if it names none.
+
+        Raises:
+            Wrong: something in the term of the identity is wrong, or there is none where one is needed.
+        """
+        found = dotted(node)
+        if found is None or not isinstance(scope.find(found[0].split(".")[0]), ObjectEntry):
+            return None
+        path, index = found
+        entry = scope.find(path)
+        if not isinstance(entry, ObjectEntry) or (index is None) != (entry.binder is None):
+            raise Wrong(messages.no_such_object(print_term(node), node.span))
+        if index is None or entry.binder is None:
+            return entry, None
+        return entry, coerced(self._term(index, scope, place), entry.binder.type, node.span)
+
+    def _attribute(self, node: s.Selection, entry: ObjectEntry, index: Term | None, scope: Scope, place: Place) -> Term:
+        """``a.x``, ``a.INIT``, where a is an object."""
+        if node.field in ("INIT", "Init", "init"):
+            said = core.conjunction(entry.initial, node.span)
+            if index is None or entry.binder is None:
+                return said
+            name = entry.binder.name
+            return substituted(said, lambda v: index if v.name == name else None)
+        written = f"{entry.name}.{node.field}"
+        if scope.find(written) is None:
+            start = f"{entry.name}."
+            names = [n.removeprefix(start) for n in scope.names() if n.startswith(start)]
+            raise Wrong(messages.no_such_field(node.field, entry.owner, node.span, suggestions(node.field, names)))
+        reference = s.Reference(span=node.span, name=written, decoration=node.decoration)
+        value = self._reference(reference, scope, place)
+        if index is None or node.field in entry.shared:
+            return value
+        assert isinstance(value.type, FunctionType)
+        return Apply(type=value.type.range, operator="apply", operands=(value, index), span=node.span)
 
     def _qualified(self, node: s.Selection, scope: Scope) -> Term | None:
         """``A.items`` in a retrieve relation: a state variable of the class A."""
@@ -431,8 +567,9 @@ class Typing:
         raise Wrong(messages.no_such_record(list(given), [r.name for r in self._records.values()], node.span))
 
     def _comprehension(self, node: s.Binding, scope: Scope, place: Place) -> Term:
-        binders, inner = self.binders(node.declarations, scope, place)
+        binders, inner, included = self._bound(node.declarations, scope, place)
         condition = TRUE if node.condition is None else self._predicate(node.condition, inner, place)
+        condition = condition if included is None else core.conjunction((included, condition), node.span)
         variables = tuple([Variable(type=b.type, name=b.name, role="bound", span=node.span) for b in binders])
         tuple_ = TupleType(tuple([b.type for b in binders])) if len(binders) > 1 else None
         characteristic: Term = (
@@ -441,9 +578,9 @@ class Typing:
         body = characteristic if node.body is None else self._term(node.body, inner, place)
         made: Type
         if node.kind == "set":
-            interval = _interval(binders, condition, body)
-            if interval is not None:
-                return replace(interval, span=node.span)
+            found = interval(binders, condition, body)
+            if found is not None:
+                return replace(found, span=node.span)
             made = SetType(body.type)
         elif node.kind == "lambda":
             if node.body is None:
@@ -454,73 +591,3 @@ class Typing:
         return core.Comprehension(
             type=made, kind=node.kind, binders=binders, condition=condition, body=body, span=node.span
         )
-
-    # --- types that must fit ----------------------------------------------------------------------------------
-
-
-def _row(node: s.Operator, name: str) -> list[s.Term]:
-    """The operands of a chain of one operator, from left to right, however long."""
-    found: list[s.Term] = []
-    stack: list[s.Term] = [node]
-    while stack:
-        term = stack.pop()
-        if isinstance(term, s.Operator) and term.name == name:
-            stack.extend(reversed(term.operands))
-        else:
-            found.append(term)
-    return found
-
-
-def _interval(binders: tuple[Binder, ...], condition: Term, body: Term) -> Term | None:
-    """``{x : nat | a <= x <= b}`` as ``a..b``: a set that can be enumerated, and read.
-
-    Only where the bounds are numbers written out.
-    """
-    if len(binders) != 1 or not isinstance(body, Variable) or body.name != binders[0].name:
-        return None
-    carrier = binders[0].carrier
-    if not isinstance(carrier, Apply) or carrier.operator not in ("Int", "Nat", "Nat1"):
-        return None
-    least = {"Int": None, "Nat": 0, "Nat1": 1}[carrier.operator]
-    greatest: int | None = None
-    conjuncts = condition.operands if isinstance(condition, Apply) and condition.operator == "and" else (condition,)
-    flat = [c for part in conjuncts for c in (part.operands if _is_and(part) else (part,))]  # type: ignore[attr-defined]
-    for part in flat:
-        match part:
-            case Apply(operator="at_most" | "less" as op, operands=(Constant(value=int() as low), Variable(name=name))):
-                if name != body.name:
-                    return None
-                low += op == "less"
-                least = low if least is None else max(least, low)
-            case Apply(
-                operator="at_most" | "less" as op, operands=(Variable(name=name), Constant(value=int() as high))
-            ):
-                if name != body.name:
-                    return None
-                high -= op == "less"
-                greatest = high if greatest is None else min(greatest, high)
-            case _:
-                return None
-    if least is None or greatest is None:
-        return None
-    ends = (Constant(type=INT, value=least), Constant(type=INT, value=greatest))
-    return Apply(type=SetType(INT), operator="range", operands=ends)
-
-
-def _is_and(term: Term) -> bool:
-    return isinstance(term, Apply) and term.operator == "and"
-
-
-def settled(term: Term) -> Term:
-    """*term*, of which every part has a type.
-
-    Raises:
-        Wrong: an empty collection has none.
-    """
-    stack = [term]
-    while stack:
-        part = stack.pop()
-        if unknown_in(part.type):
-            raise Wrong(messages.open_type(part.span or term.span))
-        stack.extend(core.parts(part))
-    return term

@@ -113,7 +113,8 @@ _SIGNS: Final = {
     "..": r"\upto",
     "EMPTY": r"\emptyset",
 }
-_OPERATIONS: Final = {";": r"\semi", "||": r"\pll", "[]": r"\gch", "\\": r"\hide", "@": "@"}
+_OPERATIONS: Final = {";": r"\semi", "||": r"\pll", "||!": r"\plo", "[]": r"\gch", "\\": r"\hide", "@": "@"}
+_DISTRIBUTED: Final = {"and": r"\dcnj", "[]": r"\dgch", ";": r"\dsqc", "||": r"\dpll"}
 _NAMES: Final = {name: markup for name, (_, markup) in NUMBER_SETS.items()}
 _CSP_NAMES: Final = {"SKIP": r"\Skip", "STOP": r"\Stop"}
 _INTERFACES: Final = {"chan": r"\chan", "method": r"\method", "local_chan": r"\localchan"}
@@ -208,7 +209,8 @@ class Writer:
             # oz.sty allows no box for INIT outside a class: it is a part of the predicate, behind a word of its own.
             initial = map(self.term, node.initial)
             box += f"\\where\n{self._lines([*map(self.term, node.predicates), INITIALLY, *initial])}"
-        return f"\\begin{{schema}}{{{_name(node.name)}}}\n{box}\\end{{schema}}\n"
+        generics = f"[{_names(node.generics)}]" if node.generics else ""
+        return f"\\begin{{schema}}{{{_name(node.name)}}}{generics}\n{box}\\end{{schema}}\n"
 
     def _axiom(self, node: z.Axiom) -> str:
         declarations = self._lines(map(self._declare, node.declarations))
@@ -353,6 +355,8 @@ def _sign(found: Sequence[Token], place: int, brackets: list[str], *, operations
         return r"\l" + brackets[-1]
     if kind == "|)":
         return r"\r" + brackets.pop()
+    if operations and kind in _DISTRIBUTED and (place == 0 or found[place - 1].kind not in OPERAND_ENDS):
+        return _DISTRIBUTED[kind]
     if operations and kind in _OPERATIONS:
         return _OPERATIONS[kind]
     return _SIGNS[kind]

@@ -23,11 +23,14 @@ if TYPE_CHECKING:
     from cspcheck.cspm.printing.declarations import Printer
     from cspcheck.cspm.printing.expressions import Printing
 
-OPERATION_LEVELS: Final = {"enrich": 1, "parallel": 2, "choice": 3, "and": 4, "compose": 5, "hide": 6}
+_LOOSEST_FIRST: Final = ("parallel_open", "enrich", "parallel", "choice", "or", "and", "compose", "hide")
+OPERATION_LEVELS: Final = {name: level for level, name in enumerate(_LOOSEST_FIRST, 1)}
 _OPERATION_SIGNS: Final = {
+    "parallel_open": ("||!", "||!"),
     "enrich": ("@", "•"),
     "parallel": ("||", "∥"),
     "choice": ("[]", "□"),
+    "or": ("or", "∨"),
     "and": ("and", "∧"),
     "compose": (";", ";"),
     "hide": ("\\", "∖"),
@@ -127,7 +130,8 @@ class Paragraphs(Terms):
         if node.initial is not None:
             initial = cat(HARD, "init", self._lines(map(self.term, node.initial)))
         declarations = self._lines(map(self.declare, node.declarations))
-        return cat(f"schema {node.name}", declarations, self._where(node.predicates), initial, HARD, "end")
+        generics = f"[{names(node.generics)}]" if node.generics else ""
+        return cat(f"schema {node.name}{generics}", declarations, self._where(node.predicates), initial, HARD, "end")
 
     # --- classes ---------------------------------------------------------------------------------------------
 
@@ -214,17 +218,18 @@ class Paragraphs(Terms):
     def _operation(self, node: z.OperationSchema | z.OperationDefinition) -> Doc:
         if isinstance(node, z.OperationDefinition):
             return group(f"op {node.name} = ", nest(self.operations(node.body, 0)))
-        delta: list[Doc] = []
-        if node.delta is not None:
-            delta = [cat(self.sign("Delta", "Δ"), "(", names(node.delta), ")")]
         if self._is_horizontal(node):
-            return self._horizontal(node, delta)
+            return group(f"op {node.name} = ", self._in_brackets(node))
+        delta = self._delta(node)
         if not delta and not node.declarations and len(node.predicates) == 1 and not self._in_lines(node):
             line = cat(f"op {node.name} where ", self.term(node.predicates[0]))
             if width(line) <= WIDTH - 12:
                 return line
         lines = self._lines([*delta, *map(self.declare, node.declarations)])
         return cat(f"op {node.name}", lines, self._where(node.predicates))
+
+    def _delta(self, node: z.OperationSchema | z.OperationText) -> list[Doc]:
+        return [] if node.delta is None else [cat(self.sign("Delta", "Δ"), "(", names(node.delta), ")")]
 
     def _open_ended(self, section: s.Node) -> bool:
         """Whether lines that follow a section would be read as part of it."""
@@ -238,7 +243,8 @@ class Paragraphs(Terms):
     def _is_horizontal(self, node: z.OperationSchema) -> bool:
         return self.from_source and node.span.text[len("op") :].lstrip()[len(node.name) :].lstrip().startswith("=")
 
-    def _horizontal(self, node: z.OperationSchema, delta: Sequence[Doc]) -> Doc:
+    def _in_brackets(self, node: z.OperationSchema | z.OperationText) -> Doc:
+        delta = self._delta(node)
         last = Place(follow="|" if node.predicates else "")
         declarations = [
             self.declare(declaration, last if declaration is node.declarations[-1] else Place(follow=";"))
@@ -254,7 +260,7 @@ class Paragraphs(Terms):
             if delta or declarations:
                 parts.append(cat(" |", LINE))
             parts.append(join(cat(";", LINE), predicates))
-        return group(f"op {node.name} = [", nest(cat(*parts)), "]")
+        return group("[", nest(cat(*parts)), "]")
 
     def operations(self, node: z.Term, least: int = 0) -> Doc:
         """An expression over operations whose operators bind at least as tightly as *least*."""
@@ -270,6 +276,19 @@ class Paragraphs(Terms):
                 second = self._hidden(right) if name == "hide" else self.operations(right, level + 1)
                 doc = cat(first, " ", sign, LINE, second)
                 return bracketed(doc) if level < least else doc
+            case z.OperationText():
+                return self._in_brackets(node)
+            case z.Renamed():
+                renamings = [f"{new.name}{new.decoration}/{old.name}{old.decoration}" for new, old in node.renamings]
+                return cat(self.operations(node.term, 9), enclosed("[", list(renamings), "]"))
+            case z.Distributed():
+                head = cat(self.sign(*_OPERATION_SIGNS[node.kind]), " ")
+                last = Place(follow="@" if node.condition is None else "|")
+                parts: list[Doc] = [head, self.bound(node.declarations, last)]
+                if node.condition is not None:
+                    parts += [" | ", self.term(node.condition, Place(follow="@"))]
+                parts += [" ", self.sign("@", "•"), LINE, self.operations(node.body, 0)]
+                return bracketed(cat(*parts)) if least else cat(*parts)
         return self.term(node)
 
     def _hidden(self, node: z.Term) -> Doc:

@@ -126,6 +126,12 @@ class Terms:
                 return self._conditional(node, place)
             case z.Local():
                 return self._local(node, place)
+            case z.SchemaText():
+                return self._schema_text(node)
+            case z.Renamed():
+                renamings = [f"{new.name}{new.decoration}/{old.name}{old.decoration}" for new, old in node.renamings]
+                inner = self.term(node.term, Place(_BEFORE_SIGN, behind=place.behind))
+                return cat(inner, enclosed("[", list(renamings), "]"))
         raise AssertionError(node)
 
     # --- operands --------------------------------------------------------------------------------------------
@@ -298,6 +304,14 @@ class Terms:
 
     # --- what extends to the right ---------------------------------------------------------------------------
 
+    def _schema_text(self, node: z.SchemaText) -> Doc:
+        last = Place(follow="|" if node.predicates else "")
+        parts = [self.bound(node.declarations, last)]
+        if node.predicates:
+            predicates = [self.term(p, Place(follow=";")) for p in node.predicates]
+            parts += [" |", LINE, join(cat(";", LINE), predicates)]
+        return group("[", nest(cat(*parts)), "]")
+
     def bound(self, declarations: Sequence[z.Declare], place: Place) -> Doc:
         """Declarations of a binder; *place* says what is behind them."""
         last = len(declarations) - 1
@@ -308,7 +322,9 @@ class Terms:
         return join(cat(";", LINE), docs)
 
     def declare(self, node: z.Declare, place: Place = ANYWHERE) -> Doc:
-        """``x, y : T``."""
+        """``x, y : T``, or the schema that is included."""
+        if not node.names:
+            return self.term(node.carrier, place)
         names = ", ".join(f"{name.name}{name.decoration}" for name in node.names)
         sign = ":"
         if self.from_source:

@@ -15,6 +15,14 @@ from cspcheck.cspm.oz.values.values import Graph
 from tests.cspm.oz.naive import NAMES, PAIR, environments, interpret, terms
 
 SPECIFICATION = core.Specification()
+WIDE = frozenset(["Int", "Nat", "Nat1"])
+"""Operators that are sets without end."""
+
+
+def mentions(term: Term, operators: frozenset[str]) -> bool:
+    """Whether one of some operators occurs in a term."""
+    own = isinstance(term, Apply) and term.operator in operators
+    return own or any(mentions(part, operators) for part in core.parts(term))
 
 
 def ground(value: Any, type_: core.Type) -> Term:
@@ -75,8 +83,12 @@ def test_what_is_impossible_is_false_whatever_the_values(data: st.DataObject, en
     if isinstance(answer, Impossible):
         assert interpret(predicate, env) is not True
     if isinstance(answer, Found):
-        values = {v.name: interpret(value, {}) for v, value in answer.values.items()}
-        assert answer.vouched or interpret(predicate, {**env, **values}) is True
+        # A set that is not finite is no value for the interpreter; the evaluator has vouched for some of those.
+        finite = {v.name: value for v, value in answer.values.items() if not mentions(value, WIDE)}
+        event(f"finite: {len(finite) == len(answer.values)}")
+        if len(finite) == len(answer.values):
+            values = {name: interpret(value, {}) for name, value in finite.items()}
+            assert answer.vouched or interpret(predicate, {**env, **values}) is True
 
 
 def test_the_traps_of_cardinality() -> None:

@@ -120,12 +120,27 @@ def operation_terms(depth: int):
         return base
     t = operation_terms(depth - 1)
     hidden = node(z.Display, kind=st.just("set"), items=some(references, 1, 2))
+    text = node(
+        z.OperationText,
+        delta=st.one_of(st.none(), some(declared_names)),
+        declarations=declares(references, 0),
+        predicates=some(references, 1),
+    )
     return st.one_of(
         base,
+        text,
+        node(z.Renamed, term=t, renamings=some(st.tuples(decorated_names, decorated_names), 1, 2)),
+        node(
+            z.Distributed,
+            kind=st.sampled_from(["choice", "and", "compose", "parallel"]),
+            declarations=declares(references, 1),
+            condition=st.one_of(st.none(), references),
+            body=t,
+        ),
         node(z.Grouped, inner=t),
         node(
             z.Operator,
-            name=st.sampled_from(["enrich", "parallel", "choice", "and", "compose"]),
+            name=st.sampled_from(["enrich", "parallel", "parallel_open", "choice", "or", "and", "compose"]),
             operands=st.tuples(t, t),
         ),
         node(z.Operator, name=st.just("hide"), operands=st.tuples(t, hidden)),
@@ -137,6 +152,30 @@ subjects = st.one_of(
     plain_references,
     node(z.Operator, name=st.sampled_from(["seq", "power", "bag"]), operands=st.tuples(plain_references)),
     node(z.Operator, name=st.just("cross"), operands=st.tuples(plain_references, plain_references)),
+)
+
+
+decorated_names = node(z.Declared, name=names, decoration=decorations)
+inclusions = st.one_of(
+    node(z.Reference, name=names, decoration=decorations),
+    node(
+        z.Application,
+        function=st.builds(lambda word: make(z.Reference, name=word), st.sampled_from(["Delta", "Xi"])),
+        argument=node(z.Reference, name=names),
+        bracketed=st.just(False),
+    ),
+    node(
+        z.Renamed,
+        term=node(z.Reference, name=names),
+        renamings=some(st.tuples(decorated_names, decorated_names), 1, 2),
+    ),
+)
+schema_lines = some(
+    st.one_of(
+        node(z.Declare, names=st.just(()), carrier=inclusions),
+        node(z.Declare, names=some(decorated_names, 1, 2), carrier=node(z.Reference, name=names)),
+    ),
+    1,
 )
 
 
@@ -156,7 +195,14 @@ def paragraphs(terms, *, local: bool = False):
             declarations=declares(terms),
             predicates=lines(terms),
             initial=st.one_of(st.none(), lines(terms)),
+            generics=some(declared_names, 0, 2),
         ),
+        node(
+            z.Schema,
+            name=names,
+            declarations=some(node(z.Declare, names=st.just(()), carrier=inclusions), 1, 2),
+        ),
+        node(z.Abbreviation, name=names, body=node(z.SchemaText, declarations=schema_lines, predicates=some(terms))),
     ]
     if local:
         return st.one_of(*types)
@@ -211,7 +257,11 @@ def classes(terms):
                     declarations=declares(terms, 0),
                     predicates=lines(terms),
                 ),
-                node(z.OperationDefinition, name=names, body=operation_terms(2)),
+                node(
+                    z.OperationDefinition,
+                    name=names,
+                    body=operation_terms(2).filter(lambda body: not isinstance(body, z.OperationText)),
+                ),
             )
         ),
     )

@@ -1,0 +1,284 @@
+"""Objects by flattening: an attribute of a class type becomes the variables of the class, under its name.
+
+``a : Account`` declares ``a.balance`` and what else an account has, with the account's invariant; ``f : X -> Account``,
+a family of objects over given identities, declares functions from X. Each name is an object of its own, which it names
+for ever. What would need a heap (objects that are created, shared or exchanged) is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+
+from cspcheck.cspm.diagnostics import Diagnostic
+from cspcheck.cspm.oz import core, syntax as s
+from cspcheck.cspm.oz.core import BOOL, Apply, Declared, FunctionType, SetType, Term, Variable
+from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
+from cspcheck.cspm.oz.typing.operation_calculus import Box, Calculus
+from cspcheck.cspm.oz.typing.schemas import maximal
+from cspcheck.cspm.oz.typing.scopes import ClassEntry, ObjectEntry, Scope
+from cspcheck.cspm.oz.typing.typing import Typing
+from cspcheck.cspm.oz.typing.typing_operators import Wrong, element_of
+from cspcheck.cspm.oz.values.substitution import substituted
+from cspcheck.cspm.oz.values.terms import conjuncts, free_variables
+from cspcheck.cspm.source import Span
+from cspcheck.cspm.spelling import suggestions
+
+Change = Callable[[Variable], Term | None]
+
+
+@dataclass(frozen=True)
+class ObjectClass:
+    """What is needed of a class to make objects of it: the class, its schemas, the objects that it has itself."""
+
+    model: core.ClassModel
+    boxes: Mapping[str, Box]
+    objects: Mapping[str, ObjectEntry]
+
+
+@dataclass
+class Flattened:
+    """What the objects of a class declare in it, under qualified names."""
+
+    primary: list[Declared] = field(default_factory=list)
+    secondary: list[Declared] = field(default_factory=list)
+    constants: list[Declared] = field(default_factory=list)
+    axioms: list[Term] = field(default_factory=list)
+    invariant: list[Term] = field(default_factory=list)
+    objects: dict[str, ObjectEntry] = field(default_factory=dict)
+
+
+class Objects:
+    """Flattens the declarations of objects in one class.
+
+    Args:
+        typing, scope: by which the identities of families are read.
+        owner: the class.
+        made: the class that a declaration names, with actual parameters.
+        report: told what is wrong or odd.
+    """
+
+    def __init__(
+        self,
+        typing: Typing,
+        scope: Scope,
+        owner: str,
+        made: Callable[[s.Reference], ObjectClass],
+        report: Callable[[Diagnostic], None],
+    ) -> None:
+        self._typing = typing
+        self._scope = scope
+        self._owner = owner
+        self._made = made
+        self._report = report
+        self._fresh = 0
+
+    def split(self, declarations: tuple[s.Declare, ...]) -> tuple[tuple[s.Declare, ...], list[s.Declare]]:
+        """The declarations of values, and those of objects."""
+        values = tuple([d for d in declarations if not d.names or self._class(d.carrier) is None])
+        return values, [d for d in declarations if d not in values]
+
+    def _class(self, carrier: s.Term) -> tuple[s.Reference, s.Term | None] | None:
+        """The class, and the identities of a family; None for a set of values."""
+        while isinstance(carrier, s.Grouped):
+            carrier = carrier.inner
+        if isinstance(carrier, s.Operator) and carrier.name == "fun":
+            found = self._class(carrier.operands[1])
+            return None if found is None or found[1] is not None else (found[0], carrier.operands[0])
+        if isinstance(carrier, s.Reference) and isinstance(self._scope.find(carrier.name), ClassEntry):
+            return carrier, None
+        return None
+
+    def flattened(self, declarations: list[s.Declare]) -> Flattened:
+        """What declarations of objects declare."""
+        result = Flattened()
+        for declaration in declarations:
+            found = self._class(declaration.carrier)
+            assert found is not None
+            try:
+                made = self._made(found[0])
+                identities = None if found[1] is None else self._typing.carrier(found[1], self._scope)
+            except Wrong as wrong:
+                self._report(wrong.diagnostic)
+                continue
+            for name in declaration.names:
+                if name.name in result.objects:
+                    first = result.objects[name.name].span
+                    self._report(type_messages.declared_twice(name.name, first, name.span))
+                    continue
+                self._flatten(name.name, made, identities, name.span, result)
+        return result
+
+    def _flatten(self, path: str, made: ObjectClass, identities: Term | None, span: Span, result: Flattened) -> None:
+        model = made.model
+        shared = shared_constants(model)
+        binder = None
+        if identities is not None:
+            self._fresh += 1
+            binder = core.Binder(f"i%{self._owner}%{path}%{self._fresh}", element_of(identities), identities, "i")
+        index = None if binder is None else Variable(type=binder.type, name=binder.name, role="bound", span=span)
+        change = qualified(path, model, index)
+        tables = (
+            (model.primary, result.primary),
+            (model.secondary, result.secondary),
+            (model.constants, result.constants),
+        )
+        for declared_, target in tables:
+            for one in declared_:
+                carrier = substituted(one.carrier, change)
+                alike = target is result.constants and one.name in shared
+                target.append(self._declared(path, one, carrier, None if alike else binder, span))
+                if binder is not None and not alike and free_variables(one.carrier):
+                    role: core.Role = "constant" if target is result.constants else "before"
+                    value = change(Variable(type=one.type, name=one.name, role=role))
+                    assert value is not None
+                    said = Apply(type=BOOL, operator="in", operands=(value, carrier), span=span)
+                    (result.axioms if role == "constant" else result.invariant).append(_for_all(said, binder))
+        said_of_each = [substituted(p, change) for p in model.axioms]
+        result.axioms += [p if binder is None or _free_of(p, binder) else _for_all(p, binder) for p in said_of_each]
+        result.invariant += [_for_all(substituted(p, change), binder) for p in model.invariant]
+        initial = tuple([substituted(p, change) for p in model.initial or ()])
+        result.objects[path] = ObjectEntry(path, model.name, binder, initial, made, span, shared)
+        for name, inner in made.objects.items():
+            if binder is not None and inner.binder is not None:
+                raise Wrong(messages.objects_need_heap("a family in each object of a family", span))
+            own = tuple([substituted(p, change) for p in inner.initial])
+            result.objects[f"{path}.{name}"] = replace(
+                inner, name=f"{path}.{name}", initial=own, binder=binder or inner.binder, span=span
+            )
+
+    def _declared(self, path: str, one: Declared, carrier: Term, binder: core.Binder | None, span: Span) -> Declared:
+        name = f"{path}.{one.name}"
+        if binder is None:
+            return Declared(name=name, type=one.type, carrier=carrier, span=span)
+        if free_variables(one.carrier):
+            carrier = maximal(one.type)  # it is said of each object what set the value is in
+        kind = FunctionType(binder.type, one.type)
+        family = Apply(type=SetType(kind), operator="fun", operands=(binder.carrier, carrier), span=span)
+        return Declared(name=name, type=kind, carrier=family, span=span)
+
+
+def _free_of(predicate: Term, binder: core.Binder) -> bool:
+    return (binder.name, "bound") not in free_variables(predicate)
+
+
+def shared_constants(model: core.ClassModel) -> frozenset[str]:
+    """The constants that an axiom of the class gives a value, the same for all of its objects."""
+    own = {c.name for c in model.constants}
+    found: set[str] = set()
+    for left, right in [pair for axiom in conjuncts(model.axioms) for pair in _equation(axiom)]:
+        known = not any(name in own for name, role in free_variables(right) if role == "constant")
+        if isinstance(left, Variable) and left.name in own and left.role == "constant" and known:
+            found.add(left.name)
+    return frozenset(found)
+
+
+def _for_all(predicate: Term, binder: core.Binder | None) -> Term:
+    if binder is None:
+        return predicate
+    true = core.Constant(type=BOOL, value=True)
+    return core.Quantifier(
+        type=BOOL, kind="forall", binders=(binder,), condition=true, body=predicate, span=predicate.span
+    )
+
+
+def qualified(path: str, model: core.ClassModel, index: Term | None) -> Change:
+    """The replacement of the variables and constants of a class by those of one of its objects."""
+    names = {d.name for d in (*model.primary, *model.secondary)}
+    constants = {d.name for d in model.constants}
+    shared = shared_constants(model)
+
+    def change(v: Variable) -> Term | None:
+        inside = (v.role in ("before", "after") and v.name in names) or (v.role == "constant" and v.name in constants)
+        if not inside:
+            return None
+        if index is None or (v.role == "constant" and v.name in shared):
+            return replace(v, name=f"{path}.{v.name}")
+        family = replace(v, name=f"{path}.{v.name}", type=FunctionType(index.type, v.type))
+        return Apply(type=v.type, operator="apply", operands=(family, index), span=v.span)
+
+    return change
+
+
+def promoted(entry: ObjectEntry, index: Term | None, name: str, calculus: Calculus, span: Span) -> Box:
+    """The operation of an object: the schema of its class, said of the variables of the object.
+
+    Raises:
+        Wrong: the class has no such visible operation.
+    """
+    made = entry.made
+    assert isinstance(made, ObjectClass)
+    visible = [n for n in made.boxes if made.model.visibility is None or n in made.model.visibility]
+    if name not in visible:
+        raise Wrong(messages.no_operation_of_object(name, made.model.name, span, suggestions(name, visible)))
+    box = replace(made.boxes[name], name=name, span=span)
+    change = qualified(entry.name, made.model, index)
+    if index is None:
+        return _changed(box, change, tuple([f"{entry.name}.{n}" for n in box.delta]))
+    # Of a family, the functions change at one place.
+    members = {d.name: d for d in (*made.model.primary, *made.model.secondary)}
+    changing = [members[n] for n in (*box.delta, *[d.name for d in made.model.secondary])]
+    binders = {d.name: calculus.bound(d.name, d.type, substituted(d.carrier, change)) for d in changing}
+
+    def at_one_place(v: Variable) -> Term | None:
+        if v.role == "after" and v.name in binders:
+            return Variable(type=v.type, name=binders[v.name].name, role="bound", span=v.span)
+        return change(replace(v, role="before") if v.role == "after" and v.name in members else v)
+
+    box = _changed(box, at_one_place, tuple([f"{entry.name}.{n}" for n in box.delta]))
+    predicates = list(box.predicates)
+    bound = {b.name: b for b in binders.values()}
+    for d in changing:
+        value, predicates = _determined(binders[d.name].name, predicates, frozenset(bound))
+        if value is None:
+            value = Variable(type=d.type, name=binders[d.name].name, role="bound", span=span)
+        else:
+            del bound[binders[d.name].name]
+        kind = FunctionType(index.type, d.type)
+        before, after = [
+            Variable(type=kind, name=f"{entry.name}.{d.name}", role=role, span=span) for role in ("before", "after")
+        ]
+        pair = Apply(type=core.TupleType((index.type, d.type)), operator="tuple", operands=(index, value), span=span)
+        one = Apply(type=kind, operator="function", operands=(pair,), span=span)
+        moved = Apply(type=kind, operator="override", operands=(before, one), span=span)
+        predicates.append(Apply(type=BOOL, operator="equal", operands=(after, moved), span=span))
+    body: Term = core.conjunction(tuple(predicates), span)
+    if bound:
+        true = core.Constant(type=BOOL, value=True)
+        body = core.Quantifier(
+            type=BOOL, kind="exists", binders=tuple(bound.values()), condition=true, body=body, span=span
+        )
+    return replace(box, predicates=(body,))
+
+
+def _determined(name: str, predicates: list[Term], bound: frozenset[str]) -> tuple[Term | None, list[Term]]:
+    """The value that an equation gives a bound variable, put in for it everywhere; None where there is none."""
+    for place, predicate in enumerate(predicates):
+        for left, right in _equation(predicate):
+            known = not any(n in bound for n, _ in free_variables(right))
+            if isinstance(left, Variable) and left.name == name and known:
+                rest = [*predicates[:place], *predicates[place + 1 :]]
+                return right, [_put(p, name, right) for p in rest]
+    return None, predicates
+
+
+def _put(predicate: Term, name: str, value: Term) -> Term:
+    return substituted(predicate, lambda v: value if v.name == name else None)
+
+
+def _equation(predicate: Term) -> Iterator[tuple[Term, Term]]:
+    if isinstance(predicate, Apply) and predicate.operator == "equal":
+        left, right = predicate.operands
+        yield left, right
+        yield right, left
+
+
+def _changed(box: Box, change: Change, delta: tuple[str, ...]) -> Box:
+    declared = [substituted(d, change) for d in box.declared]
+    return replace(
+        box,
+        delta=delta,
+        parameters=tuple([replace(p, carrier=substituted(p.carrier, change)) for p in box.parameters]),
+        declared=tuple([d for d in declared if isinstance(d, Apply)]),
+        predicates=tuple([substituted(p, change) for p in box.predicates]),
+    )
