@@ -219,8 +219,8 @@ def unclosed_comment(span: Span, rest: str) -> Diagnostic:
     "a string is not closed",
     explanation='A string begins and ends with `"` on one line. `\\n` stands for a line break and `\\"` for a quote '
     "inside it.",
-    example='print error("no such message)',
-    repair='print error("no such message")',
+    example='text = "no such message',
+    repair='text = "no such message"',
 )
 def unclosed_string(span: Span) -> Diagnostic:
     """A `"` without a second one on its line."""
