@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from cspcheck.checker.arrays import Int64Array
-from cspcheck.checker.guard import machine_memory
+from cspcheck.checker.guard import machine_memory, process_memory
 from cspcheck.checker.kernels.arrays import Index
 from cspcheck.checker.kernels.jit import Kernels
 from cspcheck.checker.search.crew import DIVIDED_BITS
@@ -161,6 +161,9 @@ class SpillSearch(LevelSearch):
         self._spill = spill
         self._before: list[tuple[int, int]] = []
         self._most_bits = 0
+        # What the process may have: kernels that are loaded meanwhile count as well.
+        limit, now = self._limits.memory_bytes, process_memory()
+        self._ceiling = None if limit is None or now is None else now + limit
 
     @property
     def known(self) -> int:
@@ -175,7 +178,14 @@ class SpillSearch(LevelSearch):
     def _check(self, frontier: int) -> None:
         if self.store is None and self._spill.rows is not None and self.visited.known > self._spill.rows:
             raise _Full
+        if self.store is None and self._left_over(self._other_bytes()) < 0:
+            raise _Full
         super()._check(frontier)
+
+    def _left_over(self, more: int) -> float:
+        """How many bytes the process may have yet, if it takes so many more."""
+        now = process_memory()
+        return float("inf") if self._ceiling is None or now is None else self._ceiling - now - more
 
     def _before_rows(self) -> None:
         self._before = [(worker.transitions, worker.deadlocks) for worker in self._all_workers()]
@@ -214,6 +224,7 @@ class SpillSearch(LevelSearch):
         if self._checkpoint is not None and self._notify is not None:
             self._notify("the search goes on on disk, where no checkpoints are written")
         self.store, self._checkpoint = store, None
+        visited.clear(min(DIVIDED_BITS, visited.bits))
         self._most_bits = _table_bits(self._memory(), stride, self._spill.rows)
         if self._workers > 1:
             self._most_bits = max(self._most_bits, DIVIDED_BITS)
@@ -223,7 +234,9 @@ class SpillSearch(LevelSearch):
     def _memory(self) -> int:
         """Bytes that the search may use."""
         limit = self._limits.memory_bytes
-        return (machine_memory() or 2 << 30) // 2 if limit is None else limit
+        if limit is None:
+            return (machine_memory() or 2 << 30) // 2
+        return int(max(0, min(limit, self._left_over(0))))
 
     def _clear(self) -> None:
         """Have an empty table for successors, about as large as was needed last."""
@@ -272,6 +285,9 @@ class SpillSearch(LevelSearch):
 
     def _make_room(self) -> None:
         if self.store is None:
+            grown = self.visited.bytes_after_growth()
+            if self._left_over(grown - self.visited.bytes) < 0:
+                raise _Full
             super()._make_room()
         elif self.visited.bits < self._most_bits:
             if self._crew is not None:

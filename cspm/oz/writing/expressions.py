@@ -17,6 +17,7 @@ from cspcheck.cspm.oz.core import Apply, Binder, Comprehension, Construct, Field
 from cspcheck.cspm.oz.values.evaluation import Evaluator
 from cspcheck.cspm.oz.values.readings import COLLECTIONS
 from cspcheck.cspm.oz.values.terms import conjuncts, free_variables, shape
+from cspcheck.cspm.oz.writing.operators_cspm import AND, ATOM, CALLED, COMPARED, HELPERS, INFIX, NOT, OR
 from cspcheck.cspm.values.failure import Failure
 
 MOST_LISTED: Final = 4_096
@@ -28,54 +29,6 @@ Key = tuple[str, core.Role]
 Written = tuple[str, int]
 """A text, and how tightly its outermost operator binds."""
 
-ATOM: Final = 100
-_COMPARED: Final = 40
-_NOT: Final = 35
-_AND: Final = 30
-_OR: Final = 20
-_INFIX: Final[Mapping[str, tuple[str, int]]] = {
-    "and": ("and", _AND),
-    "or": ("or", _OR),
-    "plus": ("+", 60),
-    "minus": ("-", 60),
-    "times": ("*", 70),
-    "div": ("/", 70),
-    "mod": ("%", 70),
-    "less": ("<", _COMPARED),
-    "at_most": ("<=", _COMPARED),
-    "equal": ("==", _COMPARED),
-    "iff": ("==", _COMPARED),
-    "subset": ("<=", _COMPARED),
-    "proper_subset": ("<", _COMPARED),
-    "prefix": ("<=", _COMPARED),
-    "concat": ("^", 80),
-}
-"""The operators that CSPm writes between operands. Both round quotients down."""
-_CALLED: Final[Mapping[str, str]] = {
-    "union": "union",
-    "inter": "inter",
-    "diff": "diff",
-    "Union": "Union",
-    "Inter": "Inter",
-    "card": "card",
-    "head": "head",
-    "tail": "tail",
-    "flatten": "concat",
-}
-_HELPERS: Final[Mapping[str, str]] = {
-    "last": "{name}({s}^<{x}>) = {x}",
-    "front": "{name}({s}^<{x}>) = {s}",
-    "rev": "{name}(<>) = <>\n{name}(<{x}>^{s}) = {name}({s})^<{x}>",
-    "abs": "{name}({x}) = if {x} < 0 then 0 - {x} else {x}",
-    "min": "{name}({a}) = let {f}(<{x}>) = {x}\n  {f}(<{x}, {y}>^{s}) = {f}(<if {x} < {y} then {x} else {y}>^{s})\n"
-    "within {f}(seq({a}))",
-    "max": "{name}({a}) = let {f}(<{x}>) = {x}\n  {f}(<{x}, {y}>^{s}) = {f}(<if {x} < {y} then {y} else {x}>^{s})\n"
-    "within {f}(seq({a}))",
-    "functions": "{name}(<>, {a}) = {{emptyMap}}\n"
-    "{name}(<{x}>^{s}, {a}) = {{mapUpdate({f}, {x}, {y}) | {f} <- {name}({s}, {a}), {y} <- {a}}}",
-    "nth": "{name}({s}, {n}) = if {n} == 1 then head({s}) else {name}(tail({s}), {n} - 1)",
-}
-"""Functions of one argument (``nth`` and ``functions``: two) that CSPm has no name for."""
 _WORD: Final = re.compile(r"[A-Za-z]\w*'*")
 _INTERVAL: Final = re.compile(r"\{(-?\d+)\.\.(-?\d+)\}")
 _EVERYTHING: Final = frozenset({"Bool", "Int", "Real", "All"})
@@ -162,7 +115,7 @@ class Expressions:
             name = self.variable(binder.name, "bound")
             self.ranging((binder.name, "bound"), binder.carrier)
             items.append(f"{name} <- seq({carrier})" if sequence else f"{name} <- {carrier}")
-        items += [self.text(term, _AND) for term in conjuncts([condition])]
+        items += [self.text(term, AND) for term in conjuncts([condition])]
         yield items
         self.known = before
 
@@ -251,16 +204,16 @@ class Expressions:
             names = [self.known[binder.name, "bound"][0] for binder in term.binders]
             if term.kind == "forall":
                 return f"empty({{0 | {', '.join([*items, self.negated(term.body)])}}})", ATOM
-            items += [self.text(part, _AND) for part in conjuncts([term.body])]
+            items += [self.text(part, AND) for part in conjuncts([term.body])]
             if term.kind == "exists":
-                return f"not empty({{0 | {', '.join(items)}}})", _NOT
-            return f"card({{{self._tuple(names)} | {', '.join(items)}}}) == 1", _COMPARED
+                return f"not empty({{0 | {', '.join(items)}}})", NOT
+            return f"card({{{self._tuple(names)} | {', '.join(items)}}}) == 1", COMPARED
 
     def negated(self, term: Term) -> str:
         """That a predicate does not hold."""
         if isinstance(term, Apply) and term.operator == "not":
-            return self.text(term.operands[0], _AND)
-        return f"not {self.text(term, _COMPARED)}"
+            return self.text(term.operands[0], AND)
+        return f"not {self.text(term, COMPARED)}"
 
     def _comprehension(self, term: Comprehension) -> str:
         with self._bound(term.binders, term.condition, sequence=term.kind == "lambda") as items:
@@ -275,16 +228,16 @@ class Expressions:
         operator, operands = term.operator, term.operands
         if any(isinstance(operand.type, core.RealType) for operand in operands) and operator not in ("equal", "in"):
             raise Untranslatable("CSPm has no arithmetic of real numbers")
-        if operator in _INFIX:
-            sign, tight = _INFIX[operator]
-            left_too = tight in (_COMPARED,)
+        if operator in INFIX:
+            sign, tight = INFIX[operator]
+            left_too = tight in (COMPARED,)
             texts = [self.text(operand, tight + (i > 0 or left_too)) for i, operand in enumerate(operands)]
             if operator in ("and", "or"):
                 texts = [self.text(operand, tight + 1) for operand in operands]
             return f" {sign} ".join(texts), tight
-        if operator in _CALLED:
-            return f"{_CALLED[operator]}({', '.join(self.text(operand) for operand in operands)})", ATOM
-        if operator in _HELPERS:
+        if operator in CALLED:
+            return f"{CALLED[operator]}({', '.join(self.text(operand) for operand in operands)})", ATOM
+        if operator in HELPERS:
             return f"{self._helper(operator)}({self.text(operands[0])})", ATOM
         rule = _RULES.get(operator)
         if rule is None:
@@ -296,7 +249,7 @@ class Expressions:
         if found is None:
             found = self._helpers[operator] = self._fresh(operator)
             names = {letter: self.local(letter) for letter in "afnsxy"}
-            self.definitions.append(_HELPERS[operator].format(name=found, **names))
+            self.definitions.append(HELPERS[operator].format(name=found, **names))
         return found
 
     # --- sets ----------------------------------------------------------------------------------------------------
@@ -335,7 +288,7 @@ class Expressions:
         """What has to be said for a value of the right type to be in a carrier."""
         if self._surely(value[0], carrier):
             return []
-        compared, atom = (value[0] if value[1] >= tight else f"({value[0]})" for tight in (_COMPARED + 1, ATOM))
+        compared, atom = (value[0] if value[1] >= tight else f"({value[0]})" for tight in (COMPARED + 1, ATOM))
         reading = self._evaluator.readings.of(carrier)
         if reading is not None and reading.values is not None:
             return self._among(value, carrier)
@@ -358,7 +311,7 @@ class Expressions:
             case "Nat1":
                 return [f"1 <= {compared}"]
             case "range":
-                low, high = (self.text(operand, _COMPARED + 1) for operand in operands)
+                low, high = (self.text(operand, COMPARED + 1) for operand in operands)
                 return [f"{low} <= {compared}", f"{compared} <= {high}"]
             case "power" | "finset":
                 return [*size, *self._all_of(value[0], operands[0])]
@@ -449,7 +402,7 @@ class Expressions:
         bounds = _INTERVAL.fullmatch(listed)
         if bounds is None:
             return [f"member({value[0]}, {listed})"]
-        compared = value[0] if value[1] > _COMPARED else f"({value[0]})"
+        compared = value[0] if value[1] > COMPARED else f"({value[0]})"
         return [f"{bounds[1]} <= {compared}", f"{compared} <= {bounds[2]}"]
 
     def _all_of(self, whole: str, carrier: Term) -> list[str]:
@@ -480,21 +433,21 @@ def _display(left: str, right: str) -> Callable[..., Written]:
 
 
 def _implies(self: Expressions, left: Term, right: Term) -> Written:
-    return f"{self.negated(left)} or {self.text(right, _OR + 1)}", _OR
+    return f"{self.negated(left)} or {self.text(right, OR + 1)}", OR
 
 
 def _not(self: Expressions, operand: Term) -> Written:
     if isinstance(operand, Apply) and operand.operator == "equal":
-        left, right = (self.text(part, _COMPARED + 1) for part in operand.operands)
-        return f"{left} != {right}", _COMPARED
-    return f"not {self.text(operand, _COMPARED)}", _NOT
+        left, right = (self.text(part, COMPARED + 1) for part in operand.operands)
+        return f"{left} != {right}", COMPARED
+    return f"not {self.text(operand, COMPARED)}", NOT
 
 
 def _in(self: Expressions, value: Term, carrier: Term) -> Written:
     said = self.members(self.written(value), carrier)
     if len(said) == 1:
-        return said[0], ATOM if said[0].startswith(("member(", "empty(")) else _NOT
-    return (" and ".join(said), _AND) if said else ("true", ATOM)
+        return said[0], ATOM if said[0].startswith(("member(", "empty(")) else NOT
+    return (" and ".join(said), AND) if said else ("true", ATOM)
 
 
 def _apply(self: Expressions, function: Term, argument: Term) -> Written:
@@ -583,7 +536,7 @@ def _symmetric_difference(self: Expressions, left: Term, right: Term) -> Written
 def _disjoint(self: Expressions, *operands: Term) -> Written:
     texts = [self.text(operand) for operand in operands]
     found = [f"empty(inter({a}, {b}))" for i, a in enumerate(texts) for b in texts[i + 1 :]]
-    return (" and ".join(found), _AND) if found else ("true", ATOM)
+    return (" and ".join(found), AND) if found else ("true", ATOM)
 
 
 def _item_of(self: Expressions, whole: Term, place: Term) -> Written:

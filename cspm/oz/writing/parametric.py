@@ -19,7 +19,8 @@ from cspcheck.cspm.oz.core import Apply, Term, Variable
 from cspcheck.cspm.oz.processes.meaning import DataPart, OperationPlan
 from cspcheck.cspm.oz.values.solving import Unknown
 from cspcheck.cspm.oz.values.terms import conjuncts, free_variables
-from cspcheck.cspm.oz.writing.expressions import ATOM, Expressions, Key, Untranslatable
+from cspcheck.cspm.oz.writing.expressions import Expressions, Key, Untranslatable
+from cspcheck.cspm.oz.writing.operators_cspm import ATOM
 
 _AND = 31
 """How tightly a condition among others has to bind."""
