@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from time import perf_counter
 from typing import Protocol
 
-from cspcheck.checker.guard import Guard, process_memory
+from cspcheck.checker.guard import Guard, process_memory, working_time
 from cspcheck.checker.verdict import Counterexample, Limits, Outcome, Verdict
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.interruption import Stopped, doing, told
@@ -58,12 +57,12 @@ class Budget:
     def __init__(self, limits: Limits) -> None:
         self.limits = limits
         self.peak_memory_bytes = 0
-        self._started = perf_counter()
+        self._started = working_time()
 
     @property
     def seconds(self) -> float:
         """Time since the start."""
-        return perf_counter() - self._started
+        return working_time() - self._started
 
     def remaining(self) -> Limits:
         """What is left for a search: the time, and the memory that nothing else in this process has.

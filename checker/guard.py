@@ -5,8 +5,8 @@ evaluation of a script, compressions, normal forms, printing, explaining) is wat
 over, or the process has more memory than it may, :class:`~cspcheck.cspm.interruption.Stopped` arrives in the working
 thread between two steps of the program. What was half done then is of no use to anybody: who catches it starts anew.
 
-Machine code is not interrupted. Loops in it come back several times a second; the compiler of the kernels and the
-solver run in processes of their own.
+Machine code is not interrupted. Loops in it come back several times a second; the compiler of the kernels runs in a
+thread of its own, the solver in a process.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from types import TracebackType
 from typing import Literal, Self, TypeVar
 
@@ -37,6 +38,25 @@ SCARCE = 0.02
 """The machine has no memory left when less than this part of it is available."""
 SMALL = 256 << 20
 """A process of less than this is not to blame for a machine without memory."""
+
+
+class _Aside:
+    """How many seconds have been set aside."""
+
+    seconds = 0.0
+
+
+def working_time() -> float:
+    """A clock in seconds that leaves out what was set aside, once that is over."""
+    return time.monotonic() - _Aside.seconds
+
+
+@contextmanager
+def set_aside() -> Iterator[None]:
+    """In the block something is done that is done once on a machine: no check has it counted as its own time."""
+    start = time.monotonic()
+    yield
+    _Aside.seconds += time.monotonic() - start
 
 
 def process_memory() -> int | None:
@@ -119,7 +139,7 @@ class Guard:
 
     def __enter__(self) -> Self:
         self._thread = threading.get_ident()
-        self._end = float("inf") if self._seconds is None else time.monotonic() + self._seconds + PATIENCE
+        self._end = float("inf") if self._seconds is None else working_time() + self._seconds + PATIENCE
         _watcher.add(self)
         return self
 
@@ -152,7 +172,7 @@ class Guard:
             _raise_in(self._thread, Stopped)
 
     def _passed(self, now: float) -> Limit | None:
-        if now > self._end:
+        if working_time() > self._end:
             return "seconds"
         used = process_memory()
         if used is None:

@@ -6,6 +6,7 @@ integers, numpy's and machine arithmetic agree on all of it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +24,21 @@ MAY_BRANCH = 2
 """Flag of a visible event: a state may have two targets for it."""
 
 
-class Rules(NamedTuple):
+class Handed:
+    """A named tuple that can be told what machine code is handed of it; its arrays stay where they are.
+
+    Attributes:
+        words: that, for ``machine_code``; none before the first time. It is no part of the value: a copy has none.
+    """
+
+    words: Sequence[int] | None = None
+
+    def __getstate__(self) -> None:
+        """Nothing beside the members is copied or written anywhere."""
+        return
+
+
+class _Rules(NamedTuple):
     """Rules as masks, and those that are too many for that as products of tables.
 
     An *instance* is a rule together with a local transition of each participant. It fires in a state when
@@ -70,7 +85,11 @@ class Rules(NamedTuple):
     """The rules that raise a bit."""
 
 
-class Index(NamedTuple):
+class Rules(Handed, _Rules):
+    """The rules of a network."""
+
+
+class _Index(NamedTuple):
     """Which rules are worth looking at in a state.
 
     A *home* is a run of bits in one word of a state, a few neighbouring fields. Row ``base + bits`` of a home lists
@@ -86,7 +105,11 @@ class Index(NamedTuple):
     items: Int32Array
 
 
-class Scratch(NamedTuple):
+class Index(Handed, _Index):
+    """An index of rules."""
+
+
+class _Scratch(NamedTuple):
     """Working space of the expansion.
 
     Attributes:
@@ -103,7 +126,11 @@ class Scratch(NamedTuple):
     odometer: Int64Array
 
 
-class Guide(NamedTuple):
+class Scratch(Handed, _Scratch):
+    """The working space of an expansion."""
+
+
+class _Guide(NamedTuple):
     """A specification's normal form and where pairs keep their node; see ``cspcheck.checker.search.pair_search``.
 
     Attributes:
@@ -132,6 +159,10 @@ class Guide(NamedTuple):
     acceptance_offsets: Int64Array
     members: Int32Array
     offered: Int64Array
+
+
+class Guide(Handed, _Guide):
+    """The guide of a search for pairs."""
 
 
 def no_guide() -> Guide:

@@ -66,6 +66,14 @@ def is_ready(rules: Rules, product: int, words: int, states: Int64Array, base: i
     return True
 
 
+def fires(rules: Rules, item: int, states: Int64Array, base: int) -> bool:
+    """Whether an instance fires in the row that begins at *base*."""
+    for part in range(rules.parts[item], rules.parts[item + 1]):
+        if states[base + rules.word[part]] & rules.mask[part] != rules.value[part]:
+            return False
+    return True
+
+
 def raised(rules: Rules, words: int, states: Int64Array, base: int) -> int:
     """The bits that the rules raise which can fire in the row that begins at *base*."""
     urgent = rules.urgent
@@ -80,14 +88,7 @@ def raised(rules: Rules, words: int, states: Int64Array, base: int) -> int:
                     bits |= raising
                 continue
             raising = rules.raises[rules.rule[item]]
-            if bits | raising == bits:
-                continue
-            fires = True
-            for part in range(rules.parts[item], rules.parts[item + 1]):
-                if states[base + rules.word[part]] & rules.mask[part] != rules.value[part]:
-                    fires = False
-                    break
-            if fires:
+            if bits | raising != bits and fires(rules, item, states, base):
                 bits |= raising
     return bits
 
@@ -198,14 +199,21 @@ def expand(
             k = index.base[home] + ((states[base + index.word[home]] >> index.shift[home]) & index.mask[home])
             for entry in range(index.offsets[k], index.offsets[k + 1]):
                 item = index.items[entry]
+                if item >= 0:
+                    if words == 1:
+                        if states[base] & rules.mask[item] != rules.value[item]:
+                            continue
+                    elif not fires(rules, item, states, base):
+                        continue
+                if prioritised:
+                    rule = rules.rule[item] if item >= 0 else rules.product_rule[-1 - item]
+                    given_way = rules.yields[rule]
+                    if given_way != 0:
+                        if bits < 0:
+                            bits = raised(rules, words, states, base)
+                        if given_way & bits != 0:
+                            continue
                 if item < 0:
-                    if prioritised:
-                        given_way = rules.yields[rules.product_rule[-1 - item]]
-                        if given_way != 0:
-                            if bits < 0:
-                                bits = raised(rules, words, states, base)
-                            if given_way & bits != 0:
-                                continue
                     count = fire_product(
                         -1 - item,
                         rules,
@@ -225,37 +233,11 @@ def expand(
                     if count < 0:
                         return row
                     continue
+                if count == capacity:
+                    return row
                 if words == 1:
-                    state = states[base]
-                    if state & rules.mask[item] != rules.value[item]:
-                        continue
-                    if prioritised:
-                        given_way = rules.yields[rules.rule[item]]
-                        if given_way != 0:
-                            if bits < 0:
-                                bits = raised(rules, words, states, base)
-                            if given_way & bits != 0:
-                                continue
-                    if count == capacity:
-                        return row
-                    targets[count * stride] = (state & rules.keep[item]) | rules.set[item]
+                    targets[count * stride] = (states[base] & rules.keep[item]) | rules.set[item]
                 else:
-                    fires = True
-                    for part in range(rules.parts[item], rules.parts[item + 1]):
-                        if states[base + rules.word[part]] & rules.mask[part] != rules.value[part]:
-                            fires = False
-                            break
-                    if not fires:
-                        continue
-                    if prioritised:
-                        given_way = rules.yields[rules.rule[item]]
-                        if given_way != 0:
-                            if bits < 0:
-                                bits = raised(rules, words, states, base)
-                            if given_way & bits != 0:
-                                continue
-                    if count == capacity:
-                        return row
                     for w in range(words):
                         targets[count * stride + w] = states[base + w]
                     for part in range(rules.parts[item], rules.parts[item + 1]):
@@ -274,4 +256,4 @@ def expand(
     return last
 
 
-KERNELS = (is_repeated, admitted, is_ready, raised, fire_product, expand)
+KERNELS = (is_repeated, admitted, is_ready, fires, raised, fire_product, expand)

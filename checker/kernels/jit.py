@@ -1,26 +1,22 @@
-"""The kernels in both forms: interpreted at once, or compiled by numba, which takes a moment to load.
+"""The kernels in both forms: interpreted at once, or as machine code, which takes a moment to load.
 
 Both are made from the same functions. Interpreted kernels read memory views of the arrays, whose elements are
-Python integers; compiled ones the arrays themselves. Machine code is kept in the user's cache folder, below a name
-that stands for the text of the kernels: numba by itself does not notice a change in a function that another file's
-function calls.
+Python integers; machine code the arrays themselves.
 """
 
 from __future__ import annotations
 
-import hashlib
 import inspect
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
-from pathlib import Path
+from collections.abc import Callable, Iterator, Mapping
+from threading import Lock
 from types import FunctionType, ModuleType
-from typing import TYPE_CHECKING, Any, get_type_hints
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cspcheck.checker.arrays import Int32Array, Int64Array, UInt8Array
 from cspcheck.checker.kernels import (
+    arrays as kernels_arrays,
     expand as kernels_expand,
     levels as kernels_levels,
     machine_code,
@@ -29,8 +25,6 @@ from cspcheck.checker.kernels import (
     runs as kernels_runs,
     table as table_kernels,
 )
-from cspcheck.checker.kernels.arrays import Rules
-from cspcheck.cspm.caches import tell
 
 MODULES: tuple[ModuleType, ...] = (
     table_kernels,
@@ -42,31 +36,31 @@ MODULES: tuple[ModuleType, ...] = (
 )
 """Where the kernels are, callees before callers."""
 
-ENTRIES = (
-    "insert",
-    "find",
-    "enter_all",
-    "sort_by_owner",
-    "sort_by_rank",
-    "claim",
-    "settle",
-    "expand",
-    "follow",
-    "nodes_after",
-    "note_movers",
-    "count_deadlocks",
-    "count_arrivals",
-    "peel",
-    "strong_components",
-    "coarsest",
-    "rows_before",
-    "unite",
-    "sift",
-)
-"""The kernels that are called from outside."""
+ONE_WORD = ({"stride": 1},)
+ONE_WORD_STATES = ({"words": 1, "stride": 1},)
 
-COMPILATION_SECONDS = 20
-"""How long the first compilation takes, about."""
+ENTRIES: machine_code.Entries = {
+    "insert": ONE_WORD,
+    "find": ONE_WORD,
+    "enter_all": (),
+    "sort_by_owner": ONE_WORD,
+    "sort_by_rank": ONE_WORD,
+    "claim": ONE_WORD,
+    "settle": (),
+    "expand": ONE_WORD_STATES,
+    "follow": (),
+    "nodes_after": (),
+    "note_movers": (),
+    "count_deadlocks": (),
+    "count_arrivals": (),
+    "peel": (),
+    "strong_components": (),
+    "coarsest": (),
+    "rows_before": (),
+    "unite": (),
+    "sift": (),
+}
+"""The kernels that are called from outside, each with the arguments for which a copy of its own pays."""
 
 Kernel = Callable[..., Any]
 
@@ -78,12 +72,8 @@ class Kernels:
         compiled: whether they are machine code (which can run in threads).
     """
 
-    def __init__(
-        self, functions: Mapping[str, Kernel], *, compiled: bool, load: Callable[[str], None] = lambda name: None
-    ) -> None:
-        """*load* is called with the name of a kernel before it is used for the first time."""
+    def __init__(self, functions: Mapping[str, Kernel], *, compiled: bool) -> None:
         self._functions = functions
-        self._load = load
         self.compiled = compiled
 
     if TYPE_CHECKING:  # so that calls are checked like those of the functions that they are
@@ -110,7 +100,6 @@ class Kernels:
     def __getattr__(self, name: str) -> Kernel:
         if name not in self._functions:
             raise AttributeError(name)
-        self._load(name)
         function = self._functions[name]
         setattr(self, name, function)
         return function
@@ -132,11 +121,14 @@ def is_loaded() -> bool:
 
 
 _forms: dict[bool, Kernels] = {}
+_making = Lock()
 
 
 def _loaded(compiled: bool, notify: Callable[[str], None] = lambda line: None) -> Kernels:
     if compiled not in _forms:
-        _forms[compiled] = _compiled(notify) if compiled else _interpreted()
+        with _making:
+            if compiled not in _forms:
+                _forms[compiled] = _compiled(notify) if compiled else _interpreted()
     return _forms[compiled]
 
 
@@ -168,133 +160,33 @@ def _view(argument: Any) -> Any:
 
 
 def _compiled(notify: Callable[[str], None]) -> Kernels:
-    import numba
+    made = _linked(notify, wide=False)
+    wide: list[machine_code.Linked] = []
 
-    folder = machine_code.folder_for(_fingerprint(numba.__version__))
-    if folder is not None and not machine_code.is_ready(folder):
-        notify(f"{_COMPILING}, once, about {COMPILATION_SECONDS} s")
-        if not machine_code.compile_elsewhere(folder, ENTRIES):
-            folder = None
-    if folder is None:
-        notify(f"{_COMPILING}; there is no folder to keep them in")
-        return _read_or_made(numba, _dispatchers(numba, caching=False), None)
-    with _numba_caching_in(numba.config, folder):
-        functions = _dispatchers(numba, caching=True)
-    return _read_or_made(numba, functions, folder)
+    def widely() -> machine_code.Linked:
+        """The kernels for tables of 64-bit entries, which hardly any machine has the memory for."""
+        if not wide:
+            with _making:
+                wide.append(_linked(lambda line: None, wide=True))
+        return wide[0]
 
-
-_COMPILING = "compiling the search kernels for this machine"
-
-
-def _read_or_made(numba: Any, functions: dict[str, Any], folder: Path | None) -> Kernels:
-    """The kernels, each with its machine code read (or made) when it is first used."""
-
-    def load(name: str) -> None:
-        if name not in ENTRIES:
-            return
-        signature = _signature(numba, _source(name))
-        try:
-            machine_code.uninterrupted(lambda: functions[name].compile(signature))
-        except Exception as error:
-            if folder is None:
-                raise
-            # As it was made, and yet nothing that these libraries can read: they have changed under the same version.
-            tell(f"the compiled kernels in `{folder}` cannot be read ({type(error).__name__}) and are made anew")
-            machine_code.remove(folder)
-            functions.update(_dispatchers(numba, caching=False))
-            machine_code.uninterrupted(lambda: functions[name].compile(signature))
-
-    return Kernels(functions, compiled=True, load=load)
+    functions = {
+        function.__name__: machine_code.Caller(function, made, widely)
+        for function in _source_functions()
+        if function.__name__ in ENTRIES
+    }
+    return Kernels(functions, compiled=True)
 
 
-def _source(name: str) -> FunctionType:
-    """The function that a kernel is made from; a dispatcher's own is a copy without the module's names."""
-    return next(function for function in _source_functions() if function.__name__ == name)
+def _linked(notify: Callable[[str], None], *, wide: bool) -> machine_code.Linked:
+    from cspcheck.checker.kernels import translation
 
-
-def compile_into(folder: Path, names: Iterable[str] = ENTRIES) -> None:
-    """Compile kernels and keep the machine code in a folder."""
-    import numba
-
-    with _numba_caching_in(numba.config, folder):
-        functions = _dispatchers(numba, caching=True)
-        for name in names:
-            functions[name].compile(_signature(numba, _source(name)))
-
-
-def _fingerprint(version: str) -> str:
-    from llvmlite.binding import get_host_cpu_name
-
-    digest = hashlib.sha256(f"{version} {sys.version_info[:2]} {sys.platform} {get_host_cpu_name()}".encode())
-    for module in (*MODULES, sys.modules[__name__], sys.modules[Rules.__module__]):
-        digest.update(inspect.getsource(module).encode())
-    return digest.hexdigest()[:16]
-
-
-@contextmanager
-def _numba_caching_in(config: Any, folder: Path) -> Iterator[None]:
-    """Have numba keep what is decorated meanwhile in a folder."""
-    before = config.CACHE_DIR
-    config.CACHE_DIR = str(folder)
-    try:
-        yield
-    finally:
-        config.CACHE_DIR = before
-
-
-def _machine_product(a: Any, b: Any) -> Any:
-    """What ``wrapping_product`` is for the machine."""
-    return np.int64(np.uint64(a) * np.uint64(b) & np.uint64(0x7FFFFFFFFFFFFFFF))
-
-
-def _machine_prefetch(numba: Any) -> Any:
-    """What ``prefetch`` is for the machine."""
-    from llvmlite import ir
-
-    def prefetch(context: Any, array: Any, index: Any) -> Any:
-        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            view = context.make_array(signature.args[0])(context, builder, arguments[0])
-            byte = ir.IntType(8).as_pointer()
-            number = ir.IntType(32)
-            kind = ir.FunctionType(ir.VoidType(), [byte, number, number, number])
-            function = numba.core.cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0i8")
-            place = builder.bitcast(builder.gep(view.data, [arguments[1]]), byte)
-            builder.call(function, [place, number(0), number(3), number(1)])
-            return context.get_dummy_value()
-
-        return numba.types.void(array, index), generate
-
-    return numba.extending.intrinsic(prefetch)
-
-
-def _dispatchers(numba: Any, caching: bool) -> dict[str, Any]:
-    """Each kernel as a numba function that sees the others as numba functions."""
-    jit = numba.njit(nogil=True, cache=caching, error_model="numpy")
-    inlined = numba.njit(nogil=True, cache=caching, error_model="numpy", forceinline=True)
-    compiled: dict[str, Any] = {"wrapping_product": inlined(_machine_product), "prefetch": _machine_prefetch(numba)}
-    for function in _source_functions():
-        surroundings = {**function.__globals__, **compiled}
-        copy = FunctionType(function.__code__, surroundings, function.__name__, function.__defaults__)
-        copy.__module__ = function.__module__
-        copy.__qualname__ = function.__qualname__
-        compiled[function.__name__] = jit(copy) if function.__name__ in ENTRIES else inlined(copy)
-    return compiled
-
-
-def _signature(numba: Any, function: FunctionType) -> tuple[Any, ...]:
-    """The types that a kernel is always called with: those of its annotations."""
-    hints = get_type_hints(function)
-    return tuple([numba.typeof(_example(hints[name])) for name in inspect.signature(function).parameters])
-
-
-def _example(kind: Any) -> Any:
-    """A value of the type that an annotation names: an integer, an array, or a tuple of them."""
-    dtypes: dict[Any, type[np.generic]] = {Int64Array: np.int64, Int32Array: np.int32, UInt8Array: np.uint8}
-    if kind in dtypes:
-        return np.zeros(1, dtype=dtypes[kind])
-    if kind in (int, bool):
-        return 0
-    return kind(*map(_example, get_type_hints(kind).values()))
+    modules = (*MODULES, kernels_arrays, translation, machine_code, sys.modules[__name__])
+    place = machine_code.place_for([*map(inspect.getsource, modules), f"wide: {wide}"])
+    kept = "once" if place is not None else "there is no folder to keep them in"
+    return machine_code.linked(
+        place, MODULES, ENTRIES, lambda: notify(f"compiling the search kernels for this machine; {kept}"), wide
+    )
 
 
 COMPILED_ROWS = 2_000

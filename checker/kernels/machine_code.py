@@ -1,136 +1,235 @@
-"""The compiled kernels in the user's cache: made by a process of its own, checked before each use.
+"""Machine code of the kernels: made by LLVM, kept in the user's cache, and called.
 
-The compiler takes some twenty seconds and cannot be interrupted, so it runs in another process, which the one that
-waits can leave: it goes on to its end, and the next run finds what it made. A folder of machine code appears whole,
-with the digests of its files; a damaged one is made anew. Where nothing can be kept, the compiler runs here, in a
-thread that nothing interrupts.
+Making it takes about two seconds, once: the object file lies in the cache folder under a name that stands for
+everything that it was made from, behind its digest, and appears there whole. So any number of programs may make it at
+once, in whatever installation, and one that dies on the way leaves nothing. Without a place for it the code is made
+in each run.
 """
 
 from __future__ import annotations
 
-import contextlib
-import json
-import os
-import shutil
-import subprocess
+import ctypes
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
+from array import array
+from collections.abc import Callable, Mapping, Sequence
+from hashlib import sha256
 from pathlib import Path
+from types import FunctionType, ModuleType
+from typing import Any
 
-from cspcheck.cspm.caches import cache_folder, digests, tell, usable
+import numpy as np
+
+from cspcheck.checker.arrays import Int32Array, Int64Array, UInt8Array
+from cspcheck.checker.guard import set_aside
+from cspcheck.cspm.caches import cache_folder, seal, store, unsealed, usable
 from cspcheck.cspm.interruption import during
 
-READY = "ready"
-"""The file with the digests; a folder without it is not finished."""
-WAIT = 0.05
+WAIT = 0.02
 """Seconds between two looks at whether the compiler has ended."""
 
+Entries = Mapping[str, Sequence[Mapping[str, int]]]
+"""The kernels that are called from outside; see ``cspcheck.checker.kernels.translation``."""
 
-def folder_for(fingerprint: str) -> Path | None:
-    """Where the machine code of kernels with a fingerprint is kept; None if nothing can be."""
-    base = Path(os.environ["NUMBA_CACHE_DIR"]) if os.environ.get("NUMBA_CACHE_DIR") else cache_folder()
+DTYPES: Mapping[Any, np.dtype[Any]] = {
+    Int64Array: np.dtype(np.int64),
+    Int32Array: np.dtype(np.int32),
+    UInt8Array: np.dtype(np.uint8),
+}
+
+
+class Linked:
+    """Machine code in this process, and the addresses of its entries."""
+
+    def __init__(self, code: bytes) -> None:
+        llvm = _llvm()
+        # The engine wants a module of its own before it takes object files.
+        self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine(llvm))
+        self._object = llvm.ObjectFileRef.from_data(code)
+        self._engine.add_object_file(self._object)
+        self._engine.finalize_object()
+
+    def address(self, name: str) -> int:
+        """Where a function begins; 0 if there is none of this name."""
+        found: int = self._engine.get_function_address(name)
+        return found
+
+
+class Caller:
+    """A kernel as machine code, called as the Python function that it was made from."""
+
+    def __init__(
+        self, function: FunctionType, linked: Linked, wide: Callable[[], Linked] | None = None, *, is_wide: bool = False
+    ) -> None:
+        """*wide* gives the machine code of the wide kernels, for when that is needed."""
+        from cspcheck.checker.kernels.translation import WIDE, entry_name, parameters, results
+
+        self.__name__ = function.__name__
+        self._function = function
+        self._parameters = parameters(function, is_wide)
+        names = [name for name, _ in self._parameters]
+        self._table = names.index(WIDE) if wide is not None and WIDE in names else -1
+        self._wide = wide
+        self._widely: Caller | None = None
+        self._results = results(function)
+        self._room = [0] * len(self._results)
+        self._call = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(linked.address(entry_name(function.__name__)))
+        self._linked = linked  # the code goes when this goes
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call it.
+
+        Raises:
+            TypeError: if the arguments are not of the types that the kernel was made for.
+        """
+        if 0 <= self._table < len(arguments) and arguments[self._table].dtype == np.int64 and self._wide is not None:
+            if self._widely is None:
+                self._widely = Caller(self._function, self._wide(), is_wide=True)
+            return self._widely(*arguments)
+        words = array("q", self._room)
+        if len(arguments) != len(self._parameters):
+            raise TypeError(f"{self.__name__} takes {len(self._parameters)} arguments, not {len(arguments)}")
+        for (name, kind), argument in zip(self._parameters, arguments, strict=True):
+            if kind is int or kind is bool:
+                words.append(argument)
+                continue
+            try:
+                words.extend(_words(kind, argument))
+            except TypeError as error:
+                raise TypeError(f"{self.__name__}, argument {name}: {error}") from None
+        self._call(words.buffer_info()[0])
+        if len(self._results) == 1:
+            return bool(words[0]) if self._results[0] is bool else words[0]
+        return tuple(words[: len(self._results)]) if self._results else None
+
+
+_Anything = ctypes.c_char * 0
+"""A view of any buffer: its address is had in a tenth of the time that an array's own takes to tell it."""
+
+
+def _words(kind: Any, argument: Any) -> Sequence[int]:
+    """The words of an argument that is an array or a named tuple."""
+    dtype = DTYPES.get(kind)
+    if dtype is None:
+        from cspcheck.checker.kernels.translation import members
+
+        if argument.words is None:
+            words = array("q")
+            for (_, member), value in zip(members(kind), argument, strict=True):
+                words.extend((value,) if member is int or member is bool else _words(member, value))
+            argument.words = words
+        known: Sequence[int] = argument.words
+        return known
+    if not isinstance(argument, np.ndarray) or argument.dtype != dtype or not argument.flags.c_contiguous:
+        raise TypeError(f"a contiguous array of {dtype} is expected")
+    try:
+        return ctypes.addressof(_Anything.from_buffer(argument.data)), argument.size
+    except TypeError:  # an array that cannot be written to
+        return argument.ctypes.data, argument.size
+
+
+def place_for(sources: Sequence[str]) -> Path | None:
+    """Where the machine code of such sources is kept; None if nothing can be."""
+    base = cache_folder()
     if base is None or not usable(base):
         return None
-    return base / f"kernels-{fingerprint}"
+    llvm = _llvm()
+    from llvmlite import __version__
+
+    digest = sha256(repr((__version__, llvm.llvm_version_info, sys.platform, *_processor(llvm))).encode())
+    for source in sources:
+        digest.update(source.encode())
+    return base / f"kernels-{digest.hexdigest()[:16]}.o"
 
 
-def is_ready(folder: Path) -> bool:
-    """Whether a folder holds machine code, all of it as it was made. A damaged folder is told and taken away."""
-    ready = folder / READY
-    try:
-        if not ready.exists():
-            return False
-        sound = usable(folder) and json.loads(ready.read_text(encoding="ascii")) == digests(folder, READY)
-    except (OSError, ValueError):
-        sound = False
-    if not sound:
-        tell(f"the compiled kernels in `{folder}` were damaged and are made anew")
-        remove(folder)
-    return sound
+def linked(
+    place: Path | None, modules: Sequence[ModuleType], entries: Entries, notify: Callable[[], None], wide: bool = False
+) -> Linked:
+    """The machine code of all kernels of some modules, read from its place or made and put there.
 
-
-def remove(folder: Path) -> None:
-    """Take a folder of machine code away, first what says that it is ready."""
-    with contextlib.suppress(OSError):
-        (folder / READY).unlink()
-    shutil.rmtree(folder, ignore_errors=True)
-
-
-def compile_elsewhere(folder: Path, names: Iterable[str]) -> bool:
-    """Have another process put machine code of kernels into a folder; whether it is there in the end.
-
-    Who is stopped while it waits leaves the other process to its work, which ends soon; an interrupt ends it, too.
+    Args:
+        notify: called before it is made.
+        wide: whether it is the wide kernels.
     """
-    command = [sys.executable, "-c", f"from {__name__} import make; make({str(folder)!r}, {list(names)!r})"]
+    code = None if place is None else unsealed(place)
+    if code is not None:
+        return Linked(code)
+    notify()
+    made: list[bytes] = []
+
+    def make() -> None:
+        made.append(compiled(modules, entries, wide))
+        if place is not None:
+            store(place, seal(made[0]))
+
+    with set_aside():
+        uninterrupted(make)
+    return Linked(made[0])
+
+
+def compiled(modules: Sequence[ModuleType], entries: Entries, wide: bool = False) -> bytes:
+    """An object file with the machine code of all kernels of some modules."""
+    from cspcheck.checker.kernels.translation import translated
+
+    llvm = _llvm()
+    machine = _machine(llvm)
+    module = llvm.parse_assembly(str(translated(modules, entries, wide)))
+    module.triple = llvm.get_default_triple()
+    module.data_layout = str(machine.target_data)
+    options = llvm.create_pipeline_tuning_options(speed_level=3)
+    options.loop_vectorization = False  # loops over a few words: it would only make them long
+    options.slp_vectorization = False
+    builder = llvm.create_pass_builder(machine, options)
+    builder.getModulePassManager().run(module, builder)
+    code: bytes = machine.emit_object(module)
+    return code
+
+
+def _llvm() -> Any:
+    """LLVM, ready for this machine's processor."""
+    from llvmlite import binding
+
+    if binding.llvm_version_info < (20,):
+        binding.initialize()
+    binding.initialize_native_target()
+    binding.initialize_native_asmprinter()
+    return binding
+
+
+def _processor(llvm: Any) -> tuple[str, str]:
+    """This machine's processor, by name and by what it can do."""
     try:
-        process = subprocess.Popen(
-            command,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            start_new_session=True,
-        )
-    except OSError:
-        return False
-    try:
-        with during("compiling the search kernels for this machine, which happens once"):
-            while process.poll() is None:
-                time.sleep(WAIT)
-    except KeyboardInterrupt:
-        process.kill()
-        process.wait()
-        raise
-    return process.returncode == 0 and is_ready(folder)
+        features: str = llvm.get_host_cpu_features().flatten()
+    except RuntimeError:  # LLVM does not know it for all processors
+        features = ""
+    return llvm.get_host_cpu_name(), features
 
 
-def make(name: str, kernels: Iterable[str]) -> None:
-    """Compile the kernels into a folder, unless another process has just done so. Ends this process if it cannot."""
-    from cspcheck.checker.kernels import jit
-
-    folder = Path(name)
-    with _alone(folder.with_name(folder.name + ".lock")):
-        if is_ready(folder):
-            return
-        unfinished = folder.with_name(f"{folder.name}.{os.getpid()}.tmp")
-        try:
-            unfinished.mkdir(mode=0o700)
-            jit.compile_into(unfinished, kernels)
-            (unfinished / READY).write_text(json.dumps(digests(unfinished, READY)), encoding="ascii")
-            shutil.rmtree(folder, ignore_errors=True)
-            os.replace(unfinished, folder)
-        finally:
-            shutil.rmtree(unfinished, ignore_errors=True)
-
-
-@contextlib.contextmanager
-def _alone(lock: Path) -> Iterator[None]:
-    """One process after the other."""
-    with open(lock, "w") as file:
-        try:
-            import fcntl
-
-            fcntl.flock(file, fcntl.LOCK_EX)
-        except ImportError:  # a system without such locks: two may do the same work, and one result stays
-            pass
-        yield
+def _machine(llvm: Any) -> Any:
+    name, features = _processor(llvm)
+    target = llvm.Target.from_default_triple()
+    return target.create_target_machine(cpu=name, features=features, opt=3, codemodel="jitdefault", jit=True)
 
 
 def uninterrupted(work: Callable[[], None]) -> None:
-    """Do *work* in a thread of its own: what stops or interrupts this one does not arrive there."""
-    failure: list[BaseException] = []
+    """Do *work* in a thread of its own: what stops or interrupts this one does not arrive there.
+
+    The end of the program waits for that thread: nothing else may take LLVM away from it.
+    """
+    ended: list[BaseException | None] = []
 
     def run() -> None:
         try:
             work()
+            ended.append(None)
         except BaseException as error:
-            failure.append(error)
+            ended.append(error)
 
-    thread = threading.Thread(target=run, daemon=True, name="compiler")
-    thread.start()
-    with during("compiling the search kernels for this machine"):
-        while thread.is_alive():
-            thread.join(WAIT)
-    if failure:
-        raise failure[0]
+    threading.Thread(target=run, name="compiler").start()
+    with during("compiling the search kernels for this machine, which happens once"):
+        # Not by joining the thread: CPython 3.11 counts one as ended whose joining was interrupted.
+        while not ended:
+            time.sleep(WAIT)
+    if ended[0] is not None:
+        raise ended[0]

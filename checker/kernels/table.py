@@ -1,20 +1,19 @@
 """The search's inner loops, first part: the set of visited states.
 
-Every kernel is plain Python on flat arrays (or memory views of them) and integers, and at the same time a function
-that numba compiles; ``cspcheck.checker.kernels.jit`` gives both. Numbers are natural and below 2**63 throughout, so
-that Python's integers, numpy's and the machine's agree; nothing may overflow, for numba leaves undefined what
-follows. The one place where a product may is :func:`wrapping_product`.
+Every kernel is plain Python on flat arrays (or memory views of them) and integers, and at the same time in that part
+of Python which ``translation`` understands; ``cspcheck.checker.kernels.jit`` gives both. Numbers are natural and below
+2**63 throughout, so that Python's integers, numpy's and the machine's agree; nothing may overflow. The one place where
+a product may is :func:`wrapping_product`.
 
 A table of visited states is an open-addressing hash table with linear probing of ``2**bits`` entries. An entry is
 -1, or the state's row number in its low ``bits`` bits below a *tag* of further bits of its hash, ``entry_bits`` in
-all: a wrong state is nearly always recognised without looking at its row. A table is cut into
+all: a wrong state is nearly always recognised without looking at its row. Kernels say ``Int32Array`` of a table and
+take one of 64 bits as well, for more states than 32 bits can number. A table is cut into
 ``2**partition_bits`` equal partitions, each of which one thread may change while others change theirs; probing stays
 within a partition, which therefore can be full before the table is.
 
 A search of millions of states would mostly wait for memory. The loops over many rows therefore ask for the entry that
-a row will need ``AHEAD`` rows before, and ``CLOSE`` rows before for the state that this entry names. They do so in
-place: as a function of its own the asking costs more than it saves, for numba counts references to arrays that are
-passed on.
+a row will need ``AHEAD`` rows before, and ``CLOSE`` rows before for the state that this entry names.
 """
 
 from __future__ import annotations
@@ -34,13 +33,13 @@ CLOSE = 32
 
 
 def wrapping_product(a: int, b: int) -> int:
-    """The low 63 bits of a product. (``cspcheck.checker.kernels.jit`` has this for the machine.)"""
+    """The low 63 bits of a product. (``translation`` has this for the machine.)"""
     return a * b & NATURAL
 
 
 def prefetch(array: Any, index: int) -> None:
-    """Tell the processor that an element will be needed soon; it may lie outside. (``cspcheck.checker.kernels.jit``
-    has this.)
+    """Tell the processor that an element will be needed soon; it may lie outside. (``translation`` has
+    this for the machine.)
     """
 
 
@@ -66,7 +65,7 @@ def same_row(rows: Int64Array, row: int, others: Int64Array, other: int, stride:
     """Whether two rows are equal."""
     if rows[row * stride] != others[other * stride]:
         return False
-    for w in range(1, stride):  # noqa: SIM110 (numba has no all)
+    for w in range(1, stride):  # noqa: SIM110 (kernels have no all)
         if rows[row * stride + w] != others[other * stride + w]:
             return False
     return True
@@ -77,6 +76,63 @@ def copy_row(rows: Int64Array, row: int, others: Int64Array, other: int, stride:
     others[other * stride] = rows[row * stride]
     for w in range(1, stride):
         others[other * stride + w] = rows[row * stride + w]
+
+
+def place_of(
+    targets: Int64Array,
+    row: int,
+    stride: int,
+    states: Int64Array,
+    settled: int,
+    fresh: Int64Array,
+    table: Int32Array,
+    bits: int,
+    entry_bits: int,
+    partition_bits: int,
+) -> tuple[int, int]:
+    """Where a row of *targets* is entered in the table, or is to be, and its number.
+
+    The states with numbers below *settled* are in *states*, the others in *fresh*.
+
+    Returns:
+        The place, -1 if the row has none in its full partition, and the number, -1 if the row is not there.
+    """
+    wrap = (1 << (bits - partition_bits)) - 1
+    index_mask = (1 << bits) - 1
+    h = hash_of(targets, row, stride)
+    tag = (h >> (63 - entry_bits)) & ((1 << (entry_bits - bits)) - 1)
+    place = h >> (63 - bits)
+    last = (place & ~wrap) | ((place - 1) & wrap)
+    while True:
+        entry = table[place]
+        if entry < 0:
+            return place, -1
+        if entry >> bits == tag:
+            number = entry & index_mask
+            if number < settled:
+                if same_row(states, number, targets, row, stride):
+                    return place, number
+            elif same_row(fresh, number - settled, targets, row, stride):
+                return place, number
+        if place == last:
+            return -1, -1
+        place = (place & ~wrap) | ((place + 1) & wrap)
+
+
+def entry_of(targets: Int64Array, row: int, stride: int, number: int, bits: int, entry_bits: int) -> int:
+    """The entry of a state with a number, which is in a row of *targets*."""
+    tag = (hash_of(targets, row, stride) >> (63 - entry_bits)) & ((1 << (entry_bits - bits)) - 1)
+    return (tag << bits) | number
+
+
+def ask_ahead(
+    targets: Int64Array, row: int, end: int, stride: int, states: Int64Array, table: Int32Array, bits: int
+) -> None:
+    """Have what the rows ahead will need brought from memory."""
+    if row + AHEAD < end:
+        prefetch(table, hash_of(targets, row + AHEAD, stride) >> (63 - bits))
+        named = table[hash_of(targets, row + CLOSE, stride) >> (63 - bits)] & ((1 << bits) - 1)
+        prefetch(states, named * stride)
 
 
 def insert(
@@ -104,35 +160,17 @@ def insert(
         The first row not added for want of room in its partition or altogether (*end* if all were added), and how
         many states there are now.
     """
-    index_mask = (1 << bits) - 1
-    tag_mask = (1 << (entry_bits - bits)) - 1
-    wrap = (1 << (bits - partition_bits)) - 1
     numbered = len(numbers) > 0
     for j in range(begin, end):
-        if j + AHEAD < end:
-            prefetch(table, hash_of(targets, j + AHEAD, stride) >> (63 - bits))
-            prefetch(states, (table[hash_of(targets, j + CLOSE, stride) >> (63 - bits)] & index_mask) * stride)
-        h = hash_of(targets, j, stride)
-        place = h >> (63 - bits)
-        tag = (h >> (63 - entry_bits)) & tag_mask
-        last = (place & ~wrap) | ((place - 1) & wrap)
-        while True:
-            entry = table[place]
-            if entry < 0:
-                if known == room:
-                    return j, known
-                table[place] = (tag << bits) | known
-                copy_row(targets, j, states, known, stride)
-                number = known
-                known += 1
-                break
-            if entry >> bits == tag:
-                number = entry & index_mask
-                if same_row(states, number, targets, j, stride):
-                    break
-            if place == last:
+        ask_ahead(targets, j, end, stride, states, table, bits)
+        place, number = place_of(targets, j, stride, states, NATURAL, states, table, bits, entry_bits, partition_bits)
+        if number < 0:
+            if place < 0 or known == room:
                 return j, known
-            place = (place & ~wrap) | ((place + 1) & wrap)
+            table[place] = entry_of(targets, j, stride, known, bits, entry_bits)
+            copy_row(targets, j, states, known, stride)
+            number = known
+            known += 1
         if numbered:
             numbers[j] = number
     return end, known
@@ -150,28 +188,10 @@ def find(
     numbers: Int64Array,
 ) -> None:
     """The numbers of the first *count* rows of *targets* among the visited states; -1 for those that are not there."""
-    index_mask = (1 << bits) - 1
-    tag_mask = (1 << (entry_bits - bits)) - 1
-    wrap = (1 << (bits - partition_bits)) - 1
     for j in range(count):
-        if j + AHEAD < count:
-            prefetch(table, hash_of(targets, j + AHEAD, stride) >> (63 - bits))
-            prefetch(states, (table[hash_of(targets, j + CLOSE, stride) >> (63 - bits)] & index_mask) * stride)
-        h = hash_of(targets, j, stride)
-        place = h >> (63 - bits)
-        tag = (h >> (63 - entry_bits)) & tag_mask
-        last = (place & ~wrap) | ((place - 1) & wrap)
-        numbers[j] = -1
-        while True:
-            entry = table[place]
-            if entry < 0:
-                break
-            if entry >> bits == tag and same_row(states, entry & index_mask, targets, j, stride):
-                numbers[j] = entry & index_mask
-                break
-            if place == last:
-                break
-            place = (place & ~wrap) | ((place + 1) & wrap)
+        ask_ahead(targets, j, count, stride, states, table, bits)
+        _, number = place_of(targets, j, stride, states, NATURAL, states, table, bits, entry_bits, partition_bits)
+        numbers[j] = number
 
 
 def enter_all(
@@ -277,37 +297,16 @@ def claim(
         The first row not added for want of room in its partition or in *fresh* (*end* if all were), and how many new
         states there are now.
     """
-    index_mask = (1 << bits) - 1
-    tag_mask = (1 << (entry_bits - bits)) - 1
-    wrap = (1 << (bits - partition_bits)) - 1
     for j in range(begin, end):
-        if j + AHEAD < end:
-            prefetch(table, hash_of(targets, j + AHEAD, stride) >> (63 - bits))
-            prefetch(states, (table[hash_of(targets, j + CLOSE, stride) >> (63 - bits)] & index_mask) * stride)
-        h = hash_of(targets, j, stride)
-        place = h >> (63 - bits)
-        tag = (h >> (63 - entry_bits)) & tag_mask
-        last = (place & ~wrap) | ((place - 1) & wrap)
-        while True:
-            entry = table[place]
-            if entry < 0:
-                if claimed == room:
-                    return j, claimed
-                table[place] = (tag << bits) | (known + claimed)
-                places[claimed] = place
-                copy_row(targets, j, fresh, claimed, stride)
-                claimed += 1
-                break
-            if entry >> bits == tag:
-                number = entry & index_mask
-                if number < known:
-                    if same_row(states, number, targets, j, stride):
-                        break
-                elif same_row(fresh, number - known, targets, j, stride):
-                    break
-            if place == last:
+        ask_ahead(targets, j, end, stride, states, table, bits)
+        place, number = place_of(targets, j, stride, states, known, fresh, table, bits, entry_bits, partition_bits)
+        if number < 0:
+            if place < 0 or claimed == room:
                 return j, claimed
-            place = (place & ~wrap) | ((place + 1) & wrap)
+            table[place] = entry_of(targets, j, stride, known + claimed, bits, entry_bits)
+            places[claimed] = place
+            copy_row(targets, j, fresh, claimed, stride)
+            claimed += 1
     return end, claimed
 
 
@@ -334,6 +333,9 @@ KERNELS = (
     mixed,
     same_row,
     copy_row,
+    place_of,
+    entry_of,
+    ask_ahead,
     insert,
     find,
     enter_all,

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import functools
 import operator
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
@@ -16,6 +15,7 @@ from typing import Literal
 import numpy as np
 
 from cspcheck.checker.arrays import Int64Array
+from cspcheck.checker.guard import working_time
 from cspcheck.checker.kernels import jit
 from cspcheck.checker.kernels.arrays import Index
 from cspcheck.checker.packing.packed import PackedNetwork
@@ -109,7 +109,7 @@ class LevelSearch:
         self._workers = workers
         self._crew: Crew | None = None
         self._level_bytes = 0
-        self._started = time.monotonic()
+        self._started = working_time()
         self._told = self._started
         self._at = Position()
         self._earlier_deadlocks = 0
@@ -145,7 +145,7 @@ class LevelSearch:
             if self._crew is not None:
                 self._crew.dismiss()
             self._note_peak()
-            self.seconds = time.monotonic() - self._started
+            self.seconds = working_time() - self._started
 
     def _explore(self) -> None:
         if not self._resumed():
@@ -348,7 +348,7 @@ class LevelSearch:
 
     def _check(self, frontier: int) -> None:
         """Hold the search against its limits, tell of its progress, and change to compiled kernels when it is big."""
-        limits, now = self._limits, time.monotonic()
+        limits, now = self._limits, working_time()
         self._check_states()
         if limits.seconds is not None and now - self._started > limits.seconds:
             self._write_last_checkpoint()

@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from cspcheck.checker.guard import Guard
+from cspcheck.checker.guard import Guard, set_aside, working_time
 from cspcheck.cspm.interruption import Stopped
 
 AFTERWARDS = """
@@ -63,3 +63,22 @@ def test_nothing_arrives_behind_the_end() -> None:
 def test_a_debugger_goes_on_after_a_limit_was_passed() -> None:
     ended = subprocess.run([sys.executable, "-c", AFTERWARDS], capture_output=True, text=True, timeout=120, check=True)
     assert ended.stdout == "4950 [0, 1, 2]\n"
+
+
+def test_what_is_set_aside_is_no_time_of_the_work() -> None:
+    """Until it is over it is: a limit holds meanwhile."""
+    start, real = working_time(), time.monotonic()
+    with set_aside():
+        time.sleep(0.1)
+        assert working_time() - start >= 0.1
+    assert working_time() - start <= time.monotonic() - real - 0.1
+
+    def forever() -> None:
+        while True:
+            time.sleep(0.01)
+
+    with pytest.raises(Stopped), Guard(seconds=0.1), set_aside():
+        forever()
+    with Guard(seconds=60) as held, set_aside():
+        time.sleep(0.01)
+    assert held.reached is None

@@ -25,9 +25,10 @@ class _Events:
     events: EventTable = TABLE
 
 
-def checker(*, full: bool = False, states: int = 1_000) -> Checker:
+def checker(*, full: bool = False, as_written: bool = False, states: int = 1_000) -> Checker:
     """A new checker that shares nothing with others."""
-    return Checker(cast(Script, _Events()), limits=Limits(states=states), workers=1, full=full)
+    limits = Limits(states=states)
+    return Checker(cast(Script, _Events()), limits=limits, workers=1, full=full, as_written=as_written)
 
 
 def visible(names: tuple[str, ...]) -> Trace:

@@ -4,26 +4,21 @@ from __future__ import annotations
 
 import functools
 import itertools
-import json
 import operator
-import os
 import sys
-import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
-from cspcheck.checker.kernels import jit, machine_code, table as kernels
+from cspcheck.checker.kernels import jit, table as kernels
 from cspcheck.checker.kernels.jit import Kernels
 from cspcheck.checker.packing.packed import pack
 from cspcheck.checker.search import crew as parallel_search, levels as level_search, reserve, visited
 from cspcheck.checker.search.exploration import explore
 from cspcheck.checker.search.visited import Visited
-from cspcheck.cspm import caches
 from tests.checker.vehicle import PROCESSES, cycle, synchronised
 
 Row = tuple[int, ...]
@@ -84,7 +79,16 @@ checked = settings(max_examples=100, deadline=None, suppress_health_check=[Healt
 
 @pytest.mark.parametrize(
     ("compiled", "wide_bits", "reserve_bits"),
-    [(False, 31, 20), (True, 31, 20), (False, 4, 20), (False, 1, 20), (True, 31, 4), (False, 6, 4), (True, 31, 1)],
+    [
+        (False, 31, 20),
+        (True, 31, 20),
+        (False, 4, 20),
+        (False, 1, 20),
+        (True, 31, 4),
+        (False, 6, 4),
+        (True, 31, 1),
+        (True, 4, 20),
+    ],
 )
 @checked
 @given(data=st.data(), stride=st.integers(1, 3))
@@ -214,14 +218,6 @@ def test_owners_claim_what_one_thread_would_insert(
     assert [listed(found)[number] for number in numbers[: len(rows)]] == rows
 
 
-def test_hashes_are_the_same_interpreted_and_compiled() -> None:
-    rows = [(x * 7919 % (1 << 63), (x << 40) + 5) for x in range(200)]
-    for stride in (1, 2):
-        interpreted = [jit.kernels(False).hash_of(flat(rows), row, stride) for row in range(100)]
-        assert [jit.kernels(True).hash_of(flat(rows), row, stride) for row in range(100)] == interpreted
-        assert len(set(interpreted)) == 100
-
-
 @pytest.mark.parametrize("workers", [2, 3])
 def test_a_bad_hash_costs_time_and_nothing_else(monkeypatch: pytest.MonkeyPatch, workers: int) -> None:
     """All states fall into one partition, which is soon full."""
@@ -268,123 +264,3 @@ def test_a_search_that_grows_changes_to_compiled_kernels_with_the_same_result(mo
 def test_several_threads_may_ask_for_the_kernels() -> None:
     with ThreadPoolExecutor(4) as pool:
         assert len({id(form) for form in pool.map(lambda _: jit.kernels(False), range(8))}) == 1
-
-
-class TestTheFolderOfMachineCode:
-    @pytest.fixture(autouse=True)
-    def _few(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-        monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
-        monkeypatch.setattr(jit, "ENTRIES", ("count_arrivals",))
-        monkeypatch.setattr(caches, "_told", set())
-
-    @staticmethod
-    def use(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-        """Load the kernels as a new process does and use one; the lines that the user is told."""
-        told: list[str] = []
-        monkeypatch.setattr(jit, "_forms", {})
-        numbers, arrivals = np.array([4, 5, 9], dtype=np.int64), np.zeros(3, dtype=np.int32)
-        assert jit.kernels(True, told.append).count_arrivals(numbers, 3, 4, 7, arrivals) == 2
-        assert arrivals.tolist() == [1, 1, 0]
-        return told
-
-    def test_is_in_the_cache_folder_of_the_user(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-        monkeypatch.delenv("NUMBA_CACHE_DIR")
-        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-        assert machine_code.folder_for("x") == tmp_path / "cspcheck" / "kernels-x"
-
-    def test_is_where_numba_is_told_to_keep_its(self, tmp_path: Path) -> None:
-        assert machine_code.folder_for("x") == tmp_path / "cache" / "kernels-x"
-
-    def test_heals_whatever_happens_to_it(
-        self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, caplog: pytest.LogCaptureFixture
-    ) -> None:
-        once = ["compiling the search kernels for this machine, once, about 20 s"]
-        assert self.use(monkeypatch) == once
-        assert self.use(monkeypatch) == []
-        assert caplog.messages == []
-        (folder,) = (tmp_path / "cache").glob("kernels-????????????????")
-        code = next(folder.rglob("*.nbc"))
-        index = next(folder.rglob("*.nbi"))
-        original = code.read_bytes()
-        for path, content in (
-            (code, b""),
-            (code, original[: len(original) // 2]),
-            (code, bytes(reversed(original))),
-            (index, index.read_bytes()[:-1]),
-            (folder / "ready", b""),
-            (folder / "ready", b"{}"),
-            (folder / "more", b"more"),
-        ):
-            path.write_bytes(content)
-            caplog.clear()
-            monkeypatch.setattr(caches, "_told", set())
-            monkeypatch.setattr(machine_code, "compile_elsewhere", self.quickly)
-            assert self.use(monkeypatch) == once
-            assert caplog.messages == [f"the compiled kernels in `{folder}` were damaged and are made anew"]
-        assert [path.name for path in (tmp_path / "cache").iterdir() if path.suffix == ".tmp"] == []
-
-    @staticmethod
-    def quickly(folder: Path, names: Iterable[str]) -> bool:
-        """The same work in this process."""
-        machine_code.make(str(folder), names)
-        return machine_code.is_ready(folder)
-
-    def test_what_cannot_be_read_is_made_anew(
-        self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, caplog: pytest.LogCaptureFixture
-    ) -> None:
-        """Whole, and yet nothing that this numba understands."""
-        monkeypatch.setattr(machine_code, "compile_elsewhere", self.quickly)
-        self.use(monkeypatch)
-        (folder,) = (tmp_path / "cache").glob("kernels-????????????????")
-        for path in folder.rglob("*.nbc"):
-            path.write_bytes(b"not a pickle")
-        (folder / "ready").write_text(json.dumps(caches.digests(folder, "ready")))
-        assert self.use(monkeypatch) == []
-        assert len(caplog.messages) == 1
-        assert "cannot be read" in caplog.messages[0]
-        assert not folder.exists()
-
-    @pytest.mark.skipif(not hasattr(os, "geteuid"), reason="this system has no owners of files")
-    def test_is_not_used_where_others_can_write(
-        self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, caplog: pytest.LogCaptureFixture
-    ) -> None:
-        cache = tmp_path / "cache"
-        cache.mkdir()
-        cache.chmod(0o777)
-        assert machine_code.folder_for("x") is None
-        assert caplog.messages == [f"the cache `{cache}` can be written by everybody and is not used"]
-        cache.chmod(0o700)
-        monkeypatch.setattr(os, "geteuid", lambda: cache.stat().st_uid + 1)
-        assert machine_code.folder_for("x") is None
-        assert caplog.messages[1:] == [f"the cache `{cache}` belongs to another user and is not used"]
-
-    @pytest.mark.parametrize("why", ["a file in the way", "no room"])
-    def test_is_done_without_where_nothing_can_be_written(
-        self, why: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-    ) -> None:
-        if why == "no room":
-            monkeypatch.setattr(machine_code, "compile_elsewhere", lambda folder, names: False)
-        else:
-            (tmp_path / "cache").write_text("")
-        told = self.use(monkeypatch)
-        assert told[-1] == "compiling the search kernels for this machine; there is no folder to keep them in"
-
-    def test_who_is_stopped_while_waiting_leaves_the_compiler_to_its_work(
-        self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-    ) -> None:
-        from cspcheck.checker.guard import Guard
-        from cspcheck.cspm.interruption import Stopped
-
-        with pytest.raises(Stopped) as caught, Guard(seconds=0.2):
-            self.use(monkeypatch)
-        assert caught.value.doing == ["compiling the search kernels for this machine, which happens once"]
-        while not list((tmp_path / "cache").glob("kernels-*/ready")):
-            time.sleep(0.1)
-        assert self.use(monkeypatch) == []
-
-    def test_two_that_need_it_at_once_compile_it_once(self, tmp_path: Path) -> None:
-        folder = tmp_path / "cache" / "kernels-x"
-        folder.parent.mkdir(mode=0o700)
-        with ThreadPoolExecutor(3) as pool:
-            assert all(pool.map(lambda _: machine_code.compile_elsewhere(folder, ["count_arrivals"]), range(3)))
-        assert machine_code.is_ready(folder)

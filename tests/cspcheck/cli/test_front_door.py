@@ -211,7 +211,7 @@ class TestCompletion:
 
 class TestStart:
     def test_help_imports_nothing_heavy(self, environment: dict[str, str]) -> None:
-        heavy = ["numpy", "numba", "lark", "networkx", "z3", "cspcheck.checker", "cspcheck.cspm.script"]
+        heavy = ["numpy", "llvmlite", "lark", "networkx", "z3", "cspcheck.checker", "cspcheck.cspm.script"]
         code = (
             f"import sys; from cspcheck.cli import run; run(['--help']); print(sorted({set(heavy)} & set(sys.modules)))"
         )
