@@ -30,7 +30,7 @@ from cspcheck.checker.semantics.beginning import along, beginning, one_run
 from cspcheck.checker.semantics.steps import Row
 from cspcheck.checker.semantics.transitions import Explored
 from cspcheck.checker.specification.lazy import LazySpecification
-from cspcheck.checker.specification.normal_form import NormalForm, Semantics
+from cspcheck.checker.specification.normal_form import NormalForm, NormalModel
 from cspcheck.checker.specification.normalisation import is_deterministic, normalise
 from cspcheck.checker.specification.normaliser import Normaliser
 from cspcheck.cspm.interruption import during
@@ -331,7 +331,7 @@ class Machines:
         return found
 
     def specification(
-        self, process: Process, model: Semantics, implementation: Process, budget: Budget
+        self, process: Process, model: NormalModel, implementation: Process, budget: Budget
     ) -> Specification:
         """The normal form of a process: whole where that is cheap, else one that grows as a search reaches it.
 
@@ -369,7 +369,7 @@ class Machines:
         budget.used(_size(found))
         return found
 
-    def _specified(self, process: Process, model: Semantics, budget: Budget) -> Lts:
+    def _specified(self, process: Process, model: NormalModel, budget: Budget) -> Lts:
         """The machine of a specification, or a smaller one that says the same.
 
         Raises:
@@ -388,7 +388,7 @@ class Machines:
         self,
         specification: Specification,
         process: Process,
-        model: Semantics,
+        model: NormalModel,
         budget: Budget,
         *,
         full: bool,
@@ -414,7 +414,7 @@ class Machines:
         self,
         packed: PackedNetwork,
         specification: Specification,
-        model: Semantics,
+        model: NormalModel,
         budget: Budget,
         *,
         full: bool,
@@ -459,7 +459,7 @@ class _TooManyNodes(Exception):
     """A normal form is not worth having as a whole."""
 
 
-def _whole_or_lazy(lts: Lts, model: Semantics, budget: Budget) -> NormalForm | Normaliser:
+def _whole_or_lazy(lts: Lts, model: NormalModel, budget: Budget) -> NormalForm | Normaliser:
     def poll(nodes: int) -> None:
         budget.check_time()
         if nodes > WHOLE_NORMAL_FORM:
