@@ -251,7 +251,7 @@ class Script:
             self._script.source,
             overrides=settings.definitions,
             typecheck=settings.typecheck,
-            semantics=notation.Semantics(settings.view, settings.outputs),
+            semantics=notation.ClassReading(settings.view, settings.outputs),
             include_roots=settings.include_roots,
         )
         return Script(loaded, settings)
