@@ -216,7 +216,7 @@ class Machines:
             return whole
         if aim == "deadlock" and len(self.network(process, budget).slots) > MANY_COMPONENTS:
             return None
-        return self._look(("first look", process, aim), process, aim, budget.narrowed(FIRST_LOOK))
+        return self._look(("first look", process, aim), process, aim, budget, FIRST_LOOK)
 
     def second_look(self, process: Process, aim: Aim, budget: Budget) -> Exploration | None:
         """The exploration of a process in which something was found when it was reduced; None if it is too large.
@@ -225,12 +225,15 @@ class Machines:
         """
         if len(self.network(process, budget).slots) > MANY_COMPONENTS:
             return None
-        return self._look(("second look", process, aim), process, aim, budget.narrowed(SECOND_LOOK))
+        return self._look(("second look", process, aim), process, aim, budget, SECOND_LOOK)
 
-    def _look(self, key: tuple[object, ...], process: Process, aim: Aim, budget: Budget) -> Exploration | None:
+    def _look(
+        self, key: tuple[object, ...], process: Process, aim: Aim, budget: Budget, states: int
+    ) -> Exploration | None:
         found: Exploration | None = self._find(key)
         if found is None:
-            found = self._explored(self.packed(process, budget), aim, budget)
+            # What it consists of is laid out under the limits of the assertion; only the states are few.
+            found = self._explored(self.packed(process, budget), aim, budget.narrowed(states))
             if found.complete:
                 key = ("exploration", process, "everything", False)
             if found.stop in (None, "found", "states"):
