@@ -20,7 +20,7 @@ from cspcheck.checker.lts import Lts
 from cspcheck.checker.search.beyond import Beyond
 from cspcheck.checker.search.checkpoint import Checkpoints
 from cspcheck.checker.search.exploration import Progress
-from cspcheck.checker.specification.normal_form import FailuresModel, Semantics
+from cspcheck.checker.specification.normal_form import FailuresModel, NormalModel
 from cspcheck.checker.verdict import (
     DEFAULT_MODELS,
     DIVERGENCE_COUNTS,
@@ -190,7 +190,7 @@ class Checker:
         """
         budget = budget or Budget(self._limits)
         if model == "T" or model == "F" or model == "FD":
-            checked: Semantics = model
+            checked: NormalModel = model
             return self._answered(
                 budget, implementation, lambda context: refines(context, specification, checked, implementation)
             )
@@ -221,7 +221,7 @@ class Checker:
         if kind == "divergence free":
             return self._answered(budget, process, lambda context: divergence_free(context, process))
         if kind == "has trace":
-            semantics: Semantics = "T" if model == "T" else _FAILURES[model]
+            semantics: NormalModel = "T" if model == "T" else _FAILURES[model]
             return self._answered(
                 budget, process, lambda context: has_trace(context, process, trace, semantics), len(trace)
             )

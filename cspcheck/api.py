@@ -69,10 +69,10 @@ def loads(
         ScriptError: there is an error in the script.
     """
     from cspcheck.cspm import script
-    from cspcheck.cspm.notation import Semantics
+    from cspcheck.cspm.notation import ClassReading
 
     overrides = {constant: _as_text(value) for constant, value in (definitions or {}).items()}
-    semantics = Semantics(view, outputs)
+    semantics = ClassReading(view, outputs)
     loaded = script.load(Source(name, text), overrides=overrides, typecheck=typecheck, semantics=semantics)
     settings = checking.Settings(definitions=overrides, typecheck=typecheck, view=view, outputs=outputs)
     return Script(loaded, settings)
@@ -251,7 +251,7 @@ class Script:
             self._script.source,
             overrides=settings.definitions,
             typecheck=settings.typecheck,
-            semantics=notation.Semantics(settings.view, settings.outputs),
+            semantics=notation.ClassReading(settings.view, settings.outputs),
             include_roots=settings.include_roots,
         )
         return Script(loaded, settings)

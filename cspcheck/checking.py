@@ -153,7 +153,7 @@ def load(path: str, settings: Settings) -> Script:
         ScriptError: it cannot be read, or there is an error in it.
     """
     from cspcheck.cspm import script
-    from cspcheck.cspm.notation import Semantics
+    from cspcheck.cspm.notation import ClassReading
 
     guard = Guard(settings.limits.seconds, settings.limits.memory_bytes)
     try:
@@ -162,7 +162,7 @@ def load(path: str, settings: Settings) -> Script:
                 read(path),
                 overrides=settings.definitions,
                 typecheck=settings.typecheck,
-                semantics=Semantics(settings.view, settings.outputs),
+                semantics=ClassReading(settings.view, settings.outputs),
                 include_roots=settings.include_roots,
                 recording=settings.coverage,
             )

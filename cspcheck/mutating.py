@@ -99,7 +99,7 @@ class Mutation:
             tree,
             overrides=self._settings.definitions,
             typecheck=self._settings.typecheck,
-            semantics=notation.Semantics(self._settings.view, self._settings.outputs),
+            semantics=notation.ClassReading(self._settings.view, self._settings.outputs),
         )
 
     def changes(self) -> list[tuple[Change, syntax.Script]]:

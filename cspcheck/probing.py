@@ -19,7 +19,7 @@ HIDDEN = 10_000
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class ProbeStep:
     """One thing that the process can do next.
 
     Attributes:
@@ -74,19 +74,19 @@ class Probe:
         """The process now."""
         return self.way[-1].running
 
-    def steps(self) -> list[Step]:
+    def steps(self) -> list[ProbeStep]:
         """What the process can do now, numbered; by event, in the order of declaration, tau and tick first."""
-        return [Step(i, event, after) for i, (event, after) in enumerate(self._runner.steps(self.here), 1)]
+        return [ProbeStep(i, event, after) for i, (event, after) in enumerate(self._runner.steps(self.here), 1)]
 
-    def performed(self, step: Step) -> Performed:
+    def performed(self, step: ProbeStep) -> Performed:
         """What would happen in a step."""
         return self._runner.performed(self.here, step.event, step.after)
 
-    def after(self, step: Step) -> Running:
+    def after(self, step: ProbeStep) -> Running:
         """Where a step leads."""
         return self._runner.perform(self.here, step.event, step.after)[0]
 
-    def take(self, step: Step) -> None:
+    def take(self, step: ProbeStep) -> None:
         """Perform a step."""
         running, performed = self._runner.perform(self.here, step.event, step.after)
         # What the new state can do is found out now: a definition that cannot be evaluated leaves everything as it was.
@@ -174,7 +174,7 @@ class Probe:
                 return None
         return taken
 
-    def next_of_run(self) -> Step | None:
+    def next_of_run(self) -> ProbeStep | None:
         """The next step of the run to follow, among the steps here; None at its end or off it."""
         position = self.followed()
         if position is None or position >= len(self.run):

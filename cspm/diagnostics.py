@@ -58,6 +58,10 @@ class Diagnostic:
         return replace(self, notes=self.notes + notes)
 
 
+DiagnosticSink = Callable[[Diagnostic], None]
+"""Takes diagnostics as they are found."""
+
+
 class ScriptError(Exception):
     """A script that cannot be used as it stands; ``diagnostics`` has at least one error."""
 

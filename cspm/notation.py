@@ -29,7 +29,7 @@ Outputs: TypeAlias = Literal["demonic", "angelic"]
 
 
 @dataclass(frozen=True, slots=True)
-class Semantics:
+class ClassReading:
     """How classes are read.
 
     Attributes:
@@ -126,7 +126,7 @@ class Extension:
 
     # --- meaning ---------------------------------------------------------------------------------------------
 
-    def elaborated(self, tree: syntax.Script, semantics: Semantics | None) -> tuple[Paragraphs, syntax.Script]:
+    def elaborated(self, tree: syntax.Script, semantics: ClassReading | None) -> tuple[Paragraphs, syntax.Script]:
         """What the paragraphs of a script mean, and the script with what they become in their place.
 
         Raises:

@@ -21,7 +21,7 @@ from cspcheck.cspm.evaluator.units import Declarations
 from cspcheck.cspm.expectations import Expectations, Expected
 from cspcheck.cspm.naming import messages as name_messages
 from cspcheck.cspm.naming.resolve import Names, resolve, resolve_more
-from cspcheck.cspm.notation import Paragraphs, Semantics, extension
+from cspcheck.cspm.notation import ClassReading, Paragraphs, extension
 from cspcheck.cspm.parsing.lexing_messages import nested_too_deeply
 from cspcheck.cspm.parsing.reading import parse, parse_assertion, parse_expression, read_source
 from cspcheck.cspm.printing.printer import print_assertion
@@ -282,7 +282,7 @@ def load(
     *,
     overrides: Mapping[str, str] | None = None,
     typecheck: bool = True,
-    semantics: Semantics | None = None,
+    semantics: ClassReading | None = None,
     include_roots: Iterable[str] = (),
     recording: bool = False,
 ) -> Script:
@@ -325,7 +325,7 @@ def _loaded(
     tree: syntax.Script,
     overrides: Mapping[str, str] | None,
     typecheck: bool,
-    semantics: Semantics | None,
+    semantics: ClassReading | None,
     recording: bool,
 ) -> Script:
     if overrides:

@@ -14,9 +14,9 @@ from cspcheck.checker.checks.context import Context, in_chunks
 from cspcheck.checker.explain.behaviour import Behaviour
 from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.search.pair_search import PairExploration
-from cspcheck.checker.search.paths import Step, shortest_path
+from cspcheck.checker.search.paths import PathStep, shortest_path
 from cspcheck.checker.semantics.steps import Row
-from cspcheck.checker.specification.normal_form import NormalForm, Semantics
+from cspcheck.checker.specification.normal_form import NormalForm, NormalModel
 from cspcheck.cspm.process.events import TAU, TICK, EventTable
 from cspcheck.cspm.process.terms import Process
 
@@ -28,7 +28,7 @@ SMALL_COMPONENT = 300
 """Components with fewer states than this are always explained by their network."""
 
 
-def chain(trace: Sequence[int], model: Semantics, *, beyond: bool) -> NormalForm:
+def chain(trace: Sequence[int], model: NormalModel, *, beyond: bool) -> NormalForm:
     """The specification of one trace: node ``i`` allows its ``i``-th event only and insists on nothing.
 
     Unless what lies *beyond* the trace is of interest, everything is allowed there, so that none of it is explored.
@@ -64,7 +64,7 @@ class Along:
         context: Context,
         process: Process,
         trace: Sequence[int],
-        model: Semantics,
+        model: NormalModel,
         *,
         beyond: bool,
         original: bool = False,
@@ -85,7 +85,7 @@ class Along:
         """What the states after that many events of the trace offer; there must be such states."""
         return Offers(self.pairs, np.arange(self.pairs.levels[length], self.pairs.levels[length + 1]))
 
-    def path(self, goals: Int64Array) -> tuple[Step, ...]:
+    def path(self, goals: Int64Array) -> tuple[PathStep, ...]:
         """The canonical path to one of the given pairs."""
         return shortest_path(self.pairs, goals)
 
@@ -98,7 +98,7 @@ def along_original(
     context: Context,
     process: Process,
     trace: Sequence[int],
-    model: Semantics,
+    model: NormalModel,
     goal: Callable[[Row], bool] | None = None,
 ) -> Along | None:
     """The states after *trace* of a process whose compressed components have all their states.
@@ -129,7 +129,7 @@ def along_original(
     return None
 
 
-def _in_network(context: Context, process: Process, trace: Sequence[int], model: Semantics, most: int) -> Along:
+def _in_network(context: Context, process: Process, trace: Sequence[int], model: NormalModel, most: int) -> Along:
     """The states after a trace in the network of components that have at most so many states."""
     machines, budget = context.machines, context.budget
     machines.packed(process, budget.narrowed(min(most, EXPLAINED_STATES)), original=True)
@@ -141,7 +141,7 @@ def _in_terms(
     context: Context,
     process: Process,
     trace: Sequence[int],
-    model: Semantics,
+    model: NormalModel,
     goal: Callable[[Row], bool] | None = None,
 ) -> Along | None:
     """The states after a trace as terms; None if there are too many on the way."""

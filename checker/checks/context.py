@@ -11,7 +11,7 @@ from cspcheck.checker.arrays import Int64Array
 from cspcheck.checker.budget import Budget
 from cspcheck.checker.checks.store import Machines
 from cspcheck.checker.search.exploration import Exploration, Successors
-from cspcheck.checker.search.paths import Step
+from cspcheck.checker.search.paths import PathStep
 from cspcheck.checker.verdict import Outcome, Verdict
 from cspcheck.cspm.process.events import EventTable
 
@@ -52,7 +52,7 @@ def in_chunks(exploration: Exploration, indices: Int64Array) -> Iterator[Success
         yield exploration.successors(indices[start : start + CHUNK])
 
 
-def reached(exploration: Exploration, path: tuple[Step, ...]) -> int:
+def reached(exploration: Exploration, path: tuple[PathStep, ...]) -> int:
     """The index of what a path ends in."""
     if not path:
         return 0

@@ -17,7 +17,7 @@ from cspcheck.checker.network.network import Network, Rule, Slot
 from cspcheck.checker.packing.packed import pack
 from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.search.pair_search import PairExploration, explore_pairs
-from cspcheck.checker.search.paths import Step
+from cspcheck.checker.search.paths import PathStep
 from cspcheck.checker.semantics.transitions import Semantics, offer
 from cspcheck.checker.specification.normaliser import Normaliser
 from cspcheck.checker.specification.observations import Observations, Observed, observations
@@ -134,7 +134,7 @@ class _Explanation:
             refusals=refusals if any(refusals) else None,
         )
 
-    def _run(self, path: tuple[Step, ...]) -> list[_Observation]:
+    def _run(self, path: tuple[PathStep, ...]) -> list[_Observation]:
         """The steps of the process's own machine; the tau to SKIP in front of a tick is none."""
         run = []
         packed = self.pairs.packed
@@ -145,7 +145,7 @@ class _Explanation:
             run.append(_Observation(self.seen.event(step.event), state, self.seen.offer(step.event)))
         return run
 
-    def _steps(self, run: list[_Observation]) -> tuple[Step, ...]:
+    def _steps(self, run: list[_Observation]) -> tuple[PathStep, ...]:
         """The run as steps of the process's network."""
         steps = []
         here = 0
@@ -156,7 +156,7 @@ class _Explanation:
                 fitting &= self.exploration.indices(found.targets) == seen.after
             pick = int(np.flatnonzero(fitting)[0])
             words = found.targets[pick]
-            steps.append(Step(seen.event, int(found.rules[pick]), tuple(words.tolist()), 0))
+            steps.append(PathStep(seen.event, int(found.rules[pick]), tuple(words.tolist()), 0))
             here = self.exploration.index(words)
         return tuple(steps)
 

@@ -20,9 +20,9 @@ from cspcheck.checker.explain.behaviour import deadlocked, diverging, visible
 from cspcheck.checker.explain.replay import can_perform, can_refuse
 from cspcheck.checker.network.network import Network
 from cspcheck.checker.search.exploration import Exploration
-from cspcheck.checker.search.paths import Step, shortest_path
+from cspcheck.checker.search.paths import PathStep, shortest_path
 from cspcheck.checker.semantics.steps import Row
-from cspcheck.checker.specification.normal_form import FailuresModel, Semantics
+from cspcheck.checker.specification.normal_form import FailuresModel, NormalModel
 from cspcheck.checker.verdict import TERMINATES, Counterexample, Outcome, Verdict
 from cspcheck.cspm.process.events import TICK
 from cspcheck.cspm.process.terms import Process
@@ -108,7 +108,7 @@ def _along_original(
     context: Context,
     process: Process,
     exploration: Exploration,
-    path: tuple[Step, ...],
+    path: tuple[PathStep, ...],
     goal: Callable[[Row], bool] | None = None,
 ) -> Along | None:
     """The states of the components that the script has after the trace of a path with compressed ones."""
@@ -117,7 +117,7 @@ def _along_original(
     return along_original(context, process, visible(path), "FD", goal)
 
 
-def has_trace(context: Context, process: Process, trace: Sequence[int], model: Semantics) -> Outcome:
+def has_trace(context: Context, process: Process, trace: Sequence[int], model: NormalModel) -> Outcome:
     """Whether *process* can perform *trace*; in F and FD also that it cannot refuse it at any step.
 
     A step is refused where a state after the events before it can be relied on for other events only. In F a process
@@ -139,7 +139,7 @@ def has_trace(context: Context, process: Process, trace: Sequence[int], model: S
     return context.not_found(pairs, "refusal of the trace")
 
 
-def _obstacle(along: Along, length: int, event: int, model: Semantics) -> Counterexample | None:
+def _obstacle(along: Along, length: int, event: int, model: NormalModel) -> Counterexample | None:
     """Why *event* may not happen after the first *length* events of the trace."""
     offers = along.offers(length)
     refusing = offers.refusers(event)

@@ -18,10 +18,10 @@ from cspcheck.checker.explain.behaviour import Behaviour, diverging, visible
 from cspcheck.checker.explain.replay import ReplayFailure, can_perform, states_after
 from cspcheck.checker.explain.specification_run import specification_run
 from cspcheck.checker.search.pair_search import PairExploration, Violation
-from cspcheck.checker.search.paths import Step, shortest_path
+from cspcheck.checker.search.paths import PathStep, shortest_path
 from cspcheck.checker.semantics.steps import Row
 from cspcheck.checker.semantics.transitions import offer
-from cspcheck.checker.specification.normal_form import Semantics
+from cspcheck.checker.specification.normal_form import NormalModel
 from cspcheck.checker.verdict import Counterexample, Outcome, Verdict
 from cspcheck.cspm.process.events import TICK
 from cspcheck.cspm.process.terms import Process
@@ -30,7 +30,7 @@ REPLAYED_SPECIFICATION = 2_000
 """A counterexample is also held against the specification's terms if no more states than this must be looked at."""
 
 
-def refines(context: Context, specification: Process, model: Semantics, implementation: Process) -> Outcome:
+def refines(context: Context, specification: Process, model: NormalModel, implementation: Process) -> Outcome:
     """Whether ``specification [model= implementation``.
 
     States and transitions count the pairs of the search. Of several violations after the first violating trace an
@@ -67,7 +67,7 @@ def refines(context: Context, specification: Process, model: Semantics, implemen
 
 
 def _reduced(
-    context: Context, specification: Process, normal_form: Specification, model: Semantics, implementation: Process
+    context: Context, specification: Process, normal_form: Specification, model: NormalModel, implementation: Process
 ) -> Outcome | None:
     """The outcome from an implementation reduced for this question; None where that does not tell."""
     machines, budget = context.machines, context.budget
@@ -93,7 +93,7 @@ class _Found:
     """A violation at the end of a path through an exploration."""
 
     exploration: PairExploration
-    path: tuple[Step, ...]
+    path: tuple[PathStep, ...]
     violation: Violation
 
 
@@ -102,7 +102,7 @@ def _without_compression(
     normal_form: Specification,
     node: int,
     implementation: Process,
-    model: Semantics,
+    model: NormalModel,
     found: _Found,
 ) -> _Found | None:
     """The same violation after the same trace by components that are not compressed; None if they cannot be followed.
@@ -134,7 +134,7 @@ def _without_compression(
     return _Found(along.pairs, path, Violation(reached(along.pairs, path), kind, event))
 
 
-def first_violation(pairs: PairExploration) -> tuple[tuple[Step, ...], Violation]:
+def first_violation(pairs: PairExploration) -> tuple[tuple[PathStep, ...], Violation]:
     """The canonical path to a violation, and the violation at its end that comes first."""
     rank = {violation: _rank(violation) for violation in pairs.violations()}
     best: dict[int, int] = {}

@@ -30,7 +30,7 @@ from cspcheck.checker.semantics.beginning import along, beginning, one_run
 from cspcheck.checker.semantics.steps import Row
 from cspcheck.checker.semantics.transitions import Explored
 from cspcheck.checker.specification.lazy import LazySpecification
-from cspcheck.checker.specification.normal_form import NormalForm, Semantics
+from cspcheck.checker.specification.normal_form import NormalForm, NormalModel
 from cspcheck.checker.specification.normalisation import is_deterministic, normalise
 from cspcheck.checker.specification.normaliser import Normaliser
 from cspcheck.cspm.interruption import during
@@ -216,7 +216,7 @@ class Machines:
             return whole
         if aim == "deadlock" and len(self.network(process, budget).slots) > MANY_COMPONENTS:
             return None
-        return self._look(("first look", process, aim), process, aim, budget.narrowed(FIRST_LOOK))
+        return self._look(("first look", process, aim), process, aim, budget, FIRST_LOOK)
 
     def second_look(self, process: Process, aim: Aim, budget: Budget) -> Exploration | None:
         """The exploration of a process in which something was found when it was reduced; None if it is too large.
@@ -225,12 +225,15 @@ class Machines:
         """
         if len(self.network(process, budget).slots) > MANY_COMPONENTS:
             return None
-        return self._look(("second look", process, aim), process, aim, budget.narrowed(SECOND_LOOK))
+        return self._look(("second look", process, aim), process, aim, budget, SECOND_LOOK)
 
-    def _look(self, key: tuple[object, ...], process: Process, aim: Aim, budget: Budget) -> Exploration | None:
+    def _look(
+        self, key: tuple[object, ...], process: Process, aim: Aim, budget: Budget, states: int
+    ) -> Exploration | None:
         found: Exploration | None = self._find(key)
         if found is None:
-            found = self._explored(self.packed(process, budget), aim, budget)
+            # What it consists of is laid out under the limits of the assertion; only the states are few.
+            found = self._explored(self.packed(process, budget), aim, budget.narrowed(states))
             if found.complete:
                 key = ("exploration", process, "everything", False)
             if found.stop in (None, "found", "states"):
@@ -331,7 +334,7 @@ class Machines:
         return found
 
     def specification(
-        self, process: Process, model: Semantics, implementation: Process, budget: Budget
+        self, process: Process, model: NormalModel, implementation: Process, budget: Budget
     ) -> Specification:
         """The normal form of a process: whole where that is cheap, else one that grows as a search reaches it.
 
@@ -369,7 +372,7 @@ class Machines:
         budget.used(_size(found))
         return found
 
-    def _specified(self, process: Process, model: Semantics, budget: Budget) -> Lts:
+    def _specified(self, process: Process, model: NormalModel, budget: Budget) -> Lts:
         """The machine of a specification, or a smaller one that says the same.
 
         Raises:
@@ -388,7 +391,7 @@ class Machines:
         self,
         specification: Specification,
         process: Process,
-        model: Semantics,
+        model: NormalModel,
         budget: Budget,
         *,
         full: bool,
@@ -414,7 +417,7 @@ class Machines:
         self,
         packed: PackedNetwork,
         specification: Specification,
-        model: Semantics,
+        model: NormalModel,
         budget: Budget,
         *,
         full: bool,
@@ -459,7 +462,7 @@ class _TooManyNodes(Exception):
     """A normal form is not worth having as a whole."""
 
 
-def _whole_or_lazy(lts: Lts, model: Semantics, budget: Budget) -> NormalForm | Normaliser:
+def _whole_or_lazy(lts: Lts, model: NormalModel, budget: Budget) -> NormalForm | Normaliser:
     def poll(nodes: int) -> None:
         budget.check_time()
         if nodes > WHOLE_NORMAL_FORM:

@@ -15,7 +15,7 @@ from cspcheck.checker.explain.story import Data, Told
 from cspcheck.checker.network.network import Network, Slot
 from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.search.exploration import Exploration
-from cspcheck.checker.search.paths import Step, tau_loop
+from cspcheck.checker.search.paths import PathStep, tau_loop
 from cspcheck.checker.semantics.steps import Row
 from cspcheck.checker.semantics.transitions import offer
 from cspcheck.checker.verdict import ComponentBehaviour, Counterexample, ReplayedRun
@@ -27,7 +27,7 @@ REPLAYED_COMPONENT = 5_000
 """A compressed component is replayed if no more states than this of its operand must be looked at."""
 
 
-def visible(path: Iterable[Step]) -> tuple[int, ...]:
+def visible(path: Iterable[PathStep]) -> tuple[int, ...]:
     """The trace of a path: its events without the taus."""
     return tuple(step.event for step in path if step.event != TAU)
 
@@ -45,7 +45,7 @@ class Behaviour:
 
     process: Process
     packed: PackedNetwork
-    path: tuple[Step, ...]
+    path: tuple[PathStep, ...]
     events: EventTable
     _used: list[set[int]] = field(init=False)
     _told: Told | None = field(init=False, default=None)
@@ -79,14 +79,14 @@ class Behaviour:
         """The run as terms, once it has been confirmed."""
         return None if self._told is None else ReplayedRun(self.process, self._told.run)
 
-    def loop_names(self, loop: Sequence[Step]) -> tuple[str, ...]:
+    def loop_names(self, loop: Sequence[PathStep]) -> tuple[str, ...]:
         """A cycle of taus by what was hidden in them; the word for tau where nothing was."""
         inside = self._told.loop_causes if self._told is not None and self._has_own_taus(loop) else ()
         inside = inside or (None,) * len(loop)
         causes = [self._cause(step, told) for step, told in zip(loop, inside, strict=True)]
         return tuple(self.events.tau if cause is None else self.events.name(cause) for cause in causes)
 
-    def loop_parts(self, loop: Sequence[Step]) -> tuple[tuple[tuple[str, str], ...], ...]:
+    def loop_parts(self, loop: Sequence[PathStep]) -> tuple[tuple[tuple[str, str], ...], ...]:
         """The components that take part in each tau of a cycle, each with what it performs itself."""
         if self._is_told_in_terms:
             assert self._told is not None
@@ -108,7 +108,7 @@ class Behaviour:
         """The names of events, in the order of their identifiers."""
         return tuple(self.events.name(event) for event in sorted(events))
 
-    def confirm(self, holds: Callable[[Row], bool], claim: str, loop: Sequence[Step] = ()) -> None:
+    def confirm(self, holds: Callable[[Row], bool], claim: str, loop: Sequence[PathStep] = ()) -> None:
         """Replay the behaviour on the terms and check its end.
 
         Args:
@@ -130,7 +130,7 @@ class Behaviour:
             replay.expect_loop(self._terms(step, self._used[-1]) for step in loop)
         self._told = Told(self.process, replay)
 
-    def _confirm_components(self, loop: Sequence[Step]) -> None:
+    def _confirm_components(self, loop: Sequence[PathStep]) -> None:
         """Replay what each component did, where some are compressed and their taus are not those of the terms.
 
         A compressed component is followed by all runs of its operand with the same visible events; where these are too
@@ -154,7 +154,7 @@ class Behaviour:
             if not rows or (accepted is not None and not any(o is not None and o <= accepted for o in offers)):
                 raise ReplayFailure(f"{slot.name} does not behave as it was found to")
 
-    def _labels(self, slot: int, step: Step) -> list[int]:
+    def _labels(self, slot: int, step: PathStep) -> list[int]:
         moves = self.packed.network.rules[step.rule].moves
         return [label for participant, label in moves if participant == slot]
 
@@ -228,19 +228,19 @@ class Behaviour:
     def _slot_names(self) -> list[str]:
         return distinct_names(slot.name for slot in self.packed.network.slots)
 
-    def _has_own_taus(self, steps: Iterable[Step]) -> bool:
+    def _has_own_taus(self, steps: Iterable[PathStep]) -> bool:
         """Whether some tau is a component's own, so that only the terms can tell what was hidden in it."""
         rules = self.packed.network.rules
         return any(step.event == TAU and rules[step.rule].cause in (TAU, TICK) for step in steps)
 
-    def _cause(self, step: Step, inside: int | None) -> int | None:
+    def _cause(self, step: PathStep, inside: int | None) -> int | None:
         """What was hidden in a tau: by the rules, or inside a component."""
         if step.event != TAU:
             return None
         cause = self.packed.network.rules[step.rule].cause
         return inside if cause in (TAU, TICK) else cause
 
-    def _part(self, slot: int, step: Step) -> str | None:
+    def _part(self, slot: int, step: PathStep) -> str | None:
         """What the component in a slot performed in a step."""
         for participant, label in self.packed.network.rules[step.rule].moves:
             if participant == slot:
@@ -250,7 +250,7 @@ class Behaviour:
     def _local_states(self) -> tuple[int, ...]:
         return self._local(self.path[-1]) if self.path else self.packed.local_states(self.packed.initial)
 
-    def _local(self, step: Step) -> tuple[int, ...]:
+    def _local(self, step: PathStep) -> tuple[int, ...]:
         return self.packed.local_states(np.array(step.state, dtype=np.int64))
 
     def _data(self, slot: int) -> Data:
@@ -262,7 +262,7 @@ class Behaviour:
         own = (terms[local[slot]] if slot in used else None for local, used in zip(states, self._used, strict=True))
         return self._told.data(name, own)
 
-    def _terms(self, step: Step, used: set[int]) -> list[Process]:
+    def _terms(self, step: PathStep, used: set[int]) -> list[Process]:
         local = self._local(step)
         return [self.packed.network.slots[slot].terms[local[slot]] for slot in used]
 
@@ -284,7 +284,9 @@ class Behaviour:
         return current
 
 
-def deadlocked(process: Process, packed: PackedNetwork, path: tuple[Step, ...], events: EventTable) -> Counterexample:
+def deadlocked(
+    process: Process, packed: PackedNetwork, path: tuple[PathStep, ...], events: EventTable
+) -> Counterexample:
     """A path to a deadlock."""
     behaviour = Behaviour(process, packed, path, events)
     behaviour.confirm(lambda row: not row, "a deadlock")
@@ -300,7 +302,7 @@ def deadlocked(process: Process, packed: PackedNetwork, path: tuple[Step, ...], 
 
 
 def diverging(
-    process: Process, exploration: Exploration, path: tuple[Step, ...], end: int, events: EventTable
+    process: Process, exploration: Exploration, path: tuple[PathStep, ...], end: int, events: EventTable
 ) -> Counterexample:
     """A path to the state with index *end*, and the shortest cycle of taus through that state."""
     loop = tau_loop(exploration, end)

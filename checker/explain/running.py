@@ -36,7 +36,7 @@ class Component:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class InnermostDefinition:
     """The innermost definition around a term, and whether an operator with several operands is between."""
 
     text: str = ""
@@ -52,7 +52,7 @@ class Tree:
     """
 
     component: Component | None
-    place: Place
+    place: InnermostDefinition
     children: tuple[Tree, ...] = ()
 
 
@@ -109,8 +109,8 @@ class Runner:
 
     def __init__(self, semantics: Semantics | None = None) -> None:
         self.semantics = semantics or Semantics()
-        self._known: dict[tuple[Path, Place], Component] = {}
-        self._parts: Counter[Place] = Counter()
+        self._known: dict[tuple[Path, InnermostDefinition], Component] = {}
+        self._parts: Counter[InnermostDefinition] = Counter()
 
     def start(self, process: Process) -> Running:
         """A process before its first step.
@@ -120,7 +120,7 @@ class Runner:
         """
         state = self.semantics.state(process)
         with deep_recursion():
-            return Running(state, self._tree(process, state, Place(), ()))
+            return Running(state, self._tree(process, state, InnermostDefinition(), ()))
 
     def steps(self, running: Running) -> Row:
         """The (event, state) pairs that the process can go on with, by event.
@@ -151,7 +151,7 @@ class Runner:
             _take_part(running.tree, step, parts)
             return Performed(event, step.cause, parts)
 
-    def _tree(self, written: Process, state: Process, place: Place, path: Path) -> Tree:
+    def _tree(self, written: Process, state: Process, place: InnermostDefinition, path: Path) -> Tree:
         """The components of a term that has not run yet.
 
         Args:
@@ -202,7 +202,7 @@ class Runner:
             parts = [variables for part in state.active() if (variables := self.variables(part, component))]
             return parts[0] if len(parts) == 1 else {}
 
-    def _component(self, place: Place, path: Path) -> Component:
+    def _component(self, place: InnermostDefinition, path: Path) -> Component:
         known = self._known.get((path, place))
         if known is None:
             text = place.text or "the process"
@@ -258,7 +258,7 @@ def _take_part(tree: Tree, step: Derivation, parts: dict[Component, int]) -> Non
         _take_part(tree.children[i], move, parts)
 
 
-def _behind_names(process: Process, place: Place) -> tuple[Process, Place]:
+def _behind_names(process: Process, place: InnermostDefinition) -> tuple[Process, InnermostDefinition]:
     """What stands behind names and compressions, and the place that the first of the names is."""
     own: Reference | None = None
     while isinstance(process, (Reference, Compressed, Fused)):
@@ -267,7 +267,7 @@ def _behind_names(process: Process, place: Place) -> tuple[Process, Place]:
             process = process.body()
         else:
             process = process.process
-    return process, place if own is None else Place(own.name, own.span)
+    return process, place if own is None else InnermostDefinition(own.name, own.span)
 
 
 def distinct_names(names: Iterable[str]) -> list[str]:

@@ -17,7 +17,7 @@ import numpy as np
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.reduction.composing import Composition, Joint, Part, product, relabelled
-from cspcheck.checker.search.paths import Step
+from cspcheck.checker.search.paths import PathStep
 from cspcheck.cspm.process.events import TAU
 
 Edge = tuple[int, int, int]
@@ -37,8 +37,8 @@ class _Happening:
 
 
 def unfolded(
-    packed: PackedNetwork, composition: Composition, small: PackedNetwork, path: Sequence[Step]
-) -> tuple[Step, ...]:
+    packed: PackedNetwork, composition: Composition, small: PackedNetwork, path: Sequence[PathStep]
+) -> tuple[PathStep, ...]:
     """The run of a network that a run of what was composed of it stands for.
 
     Args:
@@ -63,7 +63,7 @@ def unfolded(
 
 
 def _composed_run(
-    composition: Composition, small: PackedNetwork, path: Sequence[Step]
+    composition: Composition, small: PackedNetwork, path: Sequence[PathStep]
 ) -> tuple[list[_Happening], list[frozenset[int]]]:
     """The run as the parts see it, and what each part offers at its end."""
     run = []
@@ -214,7 +214,7 @@ def _back(came_by: dict[tuple[int, int], tuple[tuple[int, int], Edge] | None], e
     return edges[::-1]
 
 
-def _steps(packed: PackedNetwork, run: list[_Happening]) -> tuple[Step, ...]:
+def _steps(packed: PackedNetwork, run: list[_Happening]) -> tuple[PathStep, ...]:
     """The run as steps of the network."""
     rules: dict[tuple[tuple[int, int], ...], int] = {}
     for number, rule in enumerate(packed.network.rules):
@@ -228,5 +228,5 @@ def _steps(packed: PackedNetwork, run: list[_Happening]) -> tuple[Step, ...]:
         for slot, target in happening.targets.items():
             local[slot] = target
         state = tuple(packed.pack(0, local).tolist())
-        steps.append(Step(packed.network.rules[fired].result, fired, state))
+        steps.append(PathStep(packed.network.rules[fired].result, fired, state))
     return tuple(steps)

@@ -179,9 +179,9 @@ def _compiled(notify: Callable[[str], None]) -> Kernels:
 
 
 def _linked(notify: Callable[[str], None], *, wide: bool) -> machine_code.Linked:
-    from cspcheck.checker.kernels import translation
+    from cspcheck.checker.kernels import translated_types, translation
 
-    modules = (*MODULES, kernels_arrays, translation, machine_code, sys.modules[__name__])
+    modules = (*MODULES, kernels_arrays, translated_types, translation, machine_code, sys.modules[__name__])
     place = machine_code.place_for([*map(inspect.getsource, modules), f"wide: {wide}"])
     kept = "once" if place is not None else "there is no folder to keep them in"
     return machine_code.linked(

@@ -63,7 +63,7 @@ class Caller:
         self, function: FunctionType, linked: Linked, wide: Callable[[], Linked] | None = None, *, is_wide: bool = False
     ) -> None:
         """*wide* gives the machine code of the wide kernels, for when that is needed."""
-        from cspcheck.checker.kernels.translation import WIDE, entry_name, parameters, results
+        from cspcheck.checker.kernels.translated_types import WIDE, entry_name, parameters, results
 
         self.__name__ = function.__name__
         self._function = function
@@ -112,7 +112,7 @@ def _words(kind: Any, argument: Any) -> Sequence[int]:
     """The words of an argument that is an array or a named tuple."""
     dtype = DTYPES.get(kind)
     if dtype is None:
-        from cspcheck.checker.kernels.translation import members
+        from cspcheck.checker.kernels.translated_types import members
 
         if argument.words is None:
             words = array("q")

@@ -7,7 +7,7 @@ from itertools import product
 
 from cspcheck.checker.network.network import Network, Rule
 
-State = tuple[int, tuple[int, ...]]
+NetworkState = tuple[int, tuple[int, ...]]
 """The format, and the local state of each slot (0 where it is not in use)."""
 
 
@@ -24,13 +24,13 @@ class Interpretation:
         local = [0] * len(network.slots)
         for slot, state in network.initial:
             local[slot] = state
-        self.initial: State = (network.initial_format, tuple(local))
+        self.initial: NetworkState = (network.initial_format, tuple(local))
         self._rules: dict[int, list[int]] = {}
         for number, rule in enumerate(network.rules):
             self._rules.setdefault(rule.format, []).append(number)
         self._rows: dict[tuple[int, int], dict[int, list[int]]] = {}
 
-    def successors(self, state: State) -> list[tuple[int, State, int]]:
+    def successors(self, state: NetworkState) -> list[tuple[int, NetworkState, int]]:
         """(event, state after it, number of the rule) for each way in which a rule fires, in the order of the rules."""
         format, local = state
         rules = self.network.rules
@@ -59,7 +59,7 @@ class Interpretation:
         return row
 
 
-def _after(rule: Rule, format: int, local: tuple[int, ...], targets: Sequence[int]) -> State:
+def _after(rule: Rule, format: int, local: tuple[int, ...], targets: Sequence[int]) -> NetworkState:
     states = list(local)
     for (slot, _), target in zip(rule.moves, targets, strict=True):
         states[slot] = target
@@ -72,7 +72,7 @@ def _after(rule: Rule, format: int, local: tuple[int, ...], targets: Sequence[in
     return format, tuple(states)
 
 
-def interpret(network: Network) -> Callable[[State], list[tuple[int, State, int]]]:
+def interpret(network: Network) -> Callable[[NetworkState], list[tuple[int, NetworkState, int]]]:
     """The successor function of a network on states (format, local states)."""
     return Interpretation(network).successors
 

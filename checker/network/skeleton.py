@@ -35,7 +35,7 @@ from cspcheck.cspm.recursion import deep_recursion
 from cspcheck.cspm.source import Span
 
 
-class Place(NamedTuple):
+class ScriptPlace(NamedTuple):
     """Where a component is in the script: in the last definition on the way to it.
 
     Attributes:
@@ -54,7 +54,7 @@ class Component(NamedTuple):
 
     process: Process
     role: Alone | Joined
-    place: Place
+    place: ScriptPlace
 
 
 Explore = Callable[[Component], Explored]
@@ -92,9 +92,9 @@ def compile_skeleton(
     skeleton = _Skeleton(explore, is_machine, has_machines)
     if takes_apart:
         with deep_recursion():
-            actions = skeleton.part(process, ALONE, Place()).actions
+            actions = skeleton.part(process, ALONE, ScriptPlace()).actions
     else:
-        actions = skeleton.component(Component(process, ALONE, _named(process, Place())[1])).actions
+        actions = skeleton.component(Component(process, ALONE, _named(process, ScriptPlace())[1])).actions
     return skeleton.network(actions)
 
 
@@ -104,7 +104,7 @@ def compile_parts(
     """The network of :func:`compile_skeleton`, and what stands in each of its slots."""
     skeleton = _Skeleton(explore, is_machine, has_machines)
     with deep_recursion():
-        actions = skeleton.part(process, ALONE, Place()).actions
+        actions = skeleton.part(process, ALONE, ScriptPlace()).actions
     return skeleton.network(actions), tuple(skeleton.components)
 
 
@@ -115,7 +115,7 @@ def compile_single(process: Process, machine: Explored, has_machines: Told = nev
 
 def is_component(process: Process) -> bool:
     """Whether the skeleton of *process* is nothing but a component."""
-    return not isinstance(_named(process, Place())[0], _OPERATORS)
+    return not isinstance(_named(process, ScriptPlace())[0], _OPERATORS)
 
 
 def rules(actions: Iterable[Action]) -> tuple[Rule, ...]:
@@ -132,7 +132,7 @@ def rules(actions: Iterable[Action]) -> tuple[Rule, ...]:
 _OPERATORS = (*JOINING, *STATIC_UNARY)
 
 
-def _named(process: Process, place: Place, stop: type[Process] = Process) -> tuple[Process, Place]:
+def _named(process: Process, place: ScriptPlace, stop: type[Process] = Process) -> tuple[Process, ScriptPlace]:
     """What stands behind names and compressions, and the place that the first of the names is.
 
     Ends at the first compression if *stop* is their class.
@@ -146,7 +146,7 @@ def _named(process: Process, place: Place, stop: type[Process] = Process) -> tup
             break
         else:
             process = process.process
-    return process, place if own is None else Place(own.text, own.span)
+    return process, place if own is None else ScriptPlace(own.text, own.span)
 
 
 class _Part(NamedTuple):
@@ -182,7 +182,7 @@ class _Skeleton:
         self._has_machines = has_machines
         self.slots: list[Slot] = []
         self.components: list[Component] = []
-        self._parts: dict[Place, int] = {}
+        self._parts: dict[ScriptPlace, int] = {}
 
     def network(self, actions: Iterable[Action]) -> Network:
         """The network of one format with these actions."""
@@ -194,7 +194,7 @@ class _Skeleton:
             terminated=any(a.result == TICK for a in actions),
         )
 
-    def part(self, named: Process, role: Alone | Joined, outer: Place) -> _Part:
+    def part(self, named: Process, role: Alone | Joined, outer: ScriptPlace) -> _Part:
         """A part of the term: taken apart, unless it may end by itself while it can do something else."""
         slots, parts = len(self.slots), dict(self._parts)
         found = self._taken_apart(named, role, outer)
@@ -205,7 +205,7 @@ class _Skeleton:
             return self.component(Component(named, role, _named(named, outer)[1]))
         return found
 
-    def _taken_apart(self, named: Process, role: Alone | Joined, outer: Place) -> _Part:
+    def _taken_apart(self, named: Process, role: Alone | Joined, outer: ScriptPlace) -> _Part:
         process, place = _named(named, outer, stop=Compressed)
         while isinstance(process, Compressed):
             if self._is_machine(process):
@@ -240,7 +240,7 @@ class _Skeleton:
         actions = [Action(label, label, ((slot, label),)) for label in machine.alphabet()]
         return _Part(actions, _endings(machine.lts, component.role))
 
-    def _name(self, place: Place) -> str:
+    def _name(self, place: ScriptPlace) -> str:
         """What to call a component: components that have no definition of their own are numbered in the one around."""
         if not place.is_part:
             return place.text or "the process"

@@ -16,11 +16,11 @@ from cspcheck.checker.proof import (
     obligations_states,
 )
 from cspcheck.checker.proof.finding import Finding, Severity
-from cspcheck.checker.proof.prover import Prover, Report
+from cspcheck.checker.proof.prover import ObligationReport, Prover
 from cspcheck.checker.proof.question import Impossible
 from cspcheck.cspm.oz import core
 
-Check: TypeAlias = Callable[[Prover, Report, core.Operation | None], Iterable[Finding]]
+Check: TypeAlias = Callable[[Prover, ObligationReport, core.Operation | None], Iterable[Finding]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,12 +44,12 @@ class Obligation:
     assumes: bool = False
 
 
-def _class_check(check: Callable[[Prover, Report], Iterable[Finding]]) -> Check:
+def _class_check(check: Callable[[Prover, ObligationReport], Iterable[Finding]]) -> Check:
     return lambda prover, report, operation: check(prover, report)
 
 
-def _operation_check(check: Callable[[Prover, Report, core.Operation], Iterable[Finding]]) -> Check:
-    def checked(prover: Prover, report: Report, operation: core.Operation | None) -> Iterable[Finding]:
+def _operation_check(check: Callable[[Prover, ObligationReport, core.Operation], Iterable[Finding]]) -> Check:
+    def checked(prover: Prover, report: ObligationReport, operation: core.Operation | None) -> Iterable[Finding]:
         assert operation is not None
         return check(prover, report, operation)
 
@@ -234,8 +234,8 @@ def discharge(prover: Prover, names: Iterable[str] | None = None, operation: str
                     yield _with_vacuity(prover, obligation, each, finding)
 
 
-def _report(prover: Prover, obligation: Obligation) -> Report:
-    return Report(prover, obligation.name, obligation.severity)
+def _report(prover: Prover, obligation: Obligation) -> ObligationReport:
+    return ObligationReport(prover, obligation.name, obligation.severity)
 
 
 def _with_vacuity(prover: Prover, obligation: Obligation, operation: core.Operation, finding: Finding) -> Finding:

@@ -6,14 +6,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from cspcheck.checker.proof.finding import Finding
-from cspcheck.checker.proof.prover import Prover, Report
+from cspcheck.checker.proof.prover import ObligationReport, Prover
 from cspcheck.checker.proof.question import Answer, Found, Part
 from cspcheck.checker.proof.terms import member, variables_of
 from cspcheck.cspm.oz.core import Operation, Term, Variable
 from cspcheck.cspm.oz.writing.core_text import text, written
 
 
-def applied_in_domain(prover: Prover, report: Report) -> Iterator[Finding]:
+def applied_in_domain(prover: Prover, report: ObligationReport) -> Iterator[Finding]:
     """At each application, under what is known there: its condition."""
     situation = prover.situation
     constants = situation.all_constants()
@@ -27,7 +27,7 @@ def applied_in_domain(prover: Prover, report: Report) -> Iterator[Finding]:
         yield from _operation(prover, report, operation)
 
 
-def _operation(prover: Prover, report: Report, operation: Operation) -> Iterator[Finding]:
+def _operation(prover: Prover, report: ObligationReport, operation: Operation) -> Iterator[Finding]:
     situation = prover.situation
     known = [*situation.state(), *situation.inputs(operation)]
     guard = list(situation.guard(operation))
@@ -45,7 +45,7 @@ def _operation(prover: Prover, report: Report, operation: Operation) -> Iterator
 
 def _places(
     prover: Prover,
-    report: Report,
+    report: ObligationReport,
     operation: Operation | None,
     known: Sequence[Part],
     parts: Sequence[Part],

@@ -8,7 +8,7 @@ from dataclasses import replace
 from cspcheck.checker.proof.finding import Finding
 from cspcheck.checker.proof.obligations_states import invariant_goals
 from cspcheck.checker.proof.one_point import eliminated, is_universe
-from cspcheck.checker.proof.prover import Prover, Report
+from cspcheck.checker.proof.prover import ObligationReport, Prover
 from cspcheck.checker.proof.question import Found, Impossible, Part
 from cspcheck.checker.proof.situation import parameter_variable, speaks_of, state_variable
 from cspcheck.checker.proof.terms import (
@@ -33,7 +33,7 @@ _MOST_ALTERNATIVES = 32
 _TOTAL = ("fun", "inj", "surj", "bij")
 
 
-def feasible(prover: Prover, report: Report, operation: Operation) -> Iterator[Finding]:
+def feasible(prover: Prover, report: ObligationReport, operation: Operation) -> Iterator[Finding]:
     """``exists S, in, S', out @ Inv and Op and F and Inv'``."""
     answer = prover.performed(operation)
     lines = prover.lines(prover.situation.step(operation)) if isinstance(answer, Impossible) else ()
@@ -42,7 +42,7 @@ def feasible(prover: Prover, report: Report, operation: Operation) -> Iterator[F
     )
 
 
-def invariant_preserved(prover: Prover, report: Report, operation: Operation) -> Iterator[Finding]:
+def invariant_preserved(prover: Prover, report: ObligationReport, operation: Operation) -> Iterator[Finding]:
     """``Inv and Op and F => exists S', out @ Op and F and Inv'``, carriers assumed: nothing is lost to the invariant.
 
     ``Inv'`` belongs to every operation, so what leads outside the invariant may be no mistake: a variable that follows
@@ -131,14 +131,14 @@ def _primed_goal(term: Term, prover: Prover) -> tuple[Term]:
 # --- carriers --------------------------------------------------------------------------------------------------------
 
 
-def carrier_kept(prover: Prover, report: Report, operation: Operation) -> Iterator[Finding]:
+def carrier_kept(prover: Prover, report: ObligationReport, operation: Operation) -> Iterator[Finding]:
     """What the operation says of a variable or output leaves it a value in its carrier."""
     for variable, carrier, declared in _targets(prover, operation):
         if not is_universe(carrier) and not _is_total(carrier):
             yield _kept(prover, report, operation, variable, carrier, declared, "leaves the carrier")
 
 
-def total_function(prover: Prover, report: Report, operation: Operation) -> Iterator[Finding]:
+def total_function(prover: Prover, report: ObligationReport, operation: Operation) -> Iterator[Finding]:
     """A function that is declared total stays total."""
     for variable, carrier, declared in _targets(prover, operation):
         if _is_total(carrier):
@@ -166,7 +166,7 @@ def _targets(prover: Prover, operation: Operation) -> Iterator[tuple[Variable, T
 
 def _kept(
     prover: Prover,
-    report: Report,
+    report: ObligationReport,
     operation: Operation,
     variable: Variable,
     carrier: Term,
@@ -196,7 +196,7 @@ def _kept(
 # --- alternatives ----------------------------------------------------------------------------------------------------
 
 
-def alternative_kept(prover: Prover, report: Report, operation: Operation) -> Iterator[Finding]:
+def alternative_kept(prover: Prover, report: ObligationReport, operation: Operation) -> Iterator[Finding]:
     """``Inv and alternative and F => exists S', out @ alternative and F and Inv'``, the carriers on the right alone.
 
     Where another alternative can be taken the operation is not blocked, and no other obligation sees that this one is.
@@ -257,7 +257,7 @@ def _taken(term: Term) -> Iterator[tuple[Term, Term]]:
 # --- guards ----------------------------------------------------------------------------------------------------------
 
 
-def guard_covers_effect(prover: Prover, report: Report, operation: Operation) -> Iterator[Finding]:
+def guard_covers_effect(prover: Prover, report: ObligationReport, operation: Operation) -> Iterator[Finding]:
     """``Inv and enable => pre effect``."""
     if operation.form not in ("guarded", "effect"):
         return
@@ -279,7 +279,7 @@ def guard_covers_effect(prover: Prover, report: Report, operation: Operation) ->
     )
 
 
-def guard_satisfiable(prover: Prover, report: Report, operation: Operation) -> Iterator[Finding]:
+def guard_satisfiable(prover: Prover, report: ObligationReport, operation: Operation) -> Iterator[Finding]:
     """``Inv and enable`` can hold."""
     if not operation.guard:
         return
@@ -292,7 +292,7 @@ def guard_satisfiable(prover: Prover, report: Report, operation: Operation) -> I
     )
 
 
-def guard_not_redundant(prover: Prover, report: Report, operation: Operation) -> Iterator[Finding]:
+def guard_not_redundant(prover: Prover, report: ObligationReport, operation: Operation) -> Iterator[Finding]:
     """``Inv => enable`` does not hold."""
     if not operation.guard or all(map(is_true, operation.guard)):
         return
@@ -307,7 +307,7 @@ def guard_not_redundant(prover: Prover, report: Report, operation: Operation) ->
     )
 
 
-def guard_is_precondition(prover: Prover, report: Report, operation: Operation) -> Iterator[Finding]:
+def guard_is_precondition(prover: Prover, report: ObligationReport, operation: Operation) -> Iterator[Finding]:
     """``pre effect => enable``."""
     if operation.form != "guarded" or not operation.guard:
         return

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from cspcheck.checker.proof.finding import Finding
 from cspcheck.checker.proof.one_point import simplified
-from cspcheck.checker.proof.prover import Prover, Report
+from cspcheck.checker.proof.prover import ObligationReport, Prover
 from cspcheck.checker.proof.question import Found, Impossible, Part
 from cspcheck.checker.proof.situation import parameter_variable, second, state_variable
 from cspcheck.checker.proof.terms import (
@@ -31,7 +31,7 @@ _MOST_VALUES = 32
 # --- inputs ----------------------------------------------------------------------------------------------------------
 
 
-def inputs_usable(prover: Prover, report: Report, operation: Operation) -> Iterator[Finding]:
+def inputs_usable(prover: Prover, report: ObligationReport, operation: Operation) -> Iterator[Finding]:
     """For each value v of a finite input: the operation can be performed with it."""
     situation = prover.situation
     if isinstance(prover.performed(operation), Impossible):
@@ -97,7 +97,7 @@ def values_of_carrier(carrier: Term, specification: core.Specification) -> list[
 # --- branches --------------------------------------------------------------------------------------------------------
 
 
-def branch_reachable(prover: Prover, report: Report, operation: Operation) -> Iterator[Finding]:
+def branch_reachable(prover: Prover, report: ObligationReport, operation: Operation) -> Iterator[Finding]:
     """Each antecedent, disjunct and alternative can hold together with the rest."""
     situation = prover.situation
     if isinstance(prover.performed(operation), Impossible):
@@ -146,7 +146,7 @@ def branches(term: Term) -> Iterator[Term]:
 # --- outcomes --------------------------------------------------------------------------------------------------------
 
 
-def deterministic(prover: Prover, report: Report, operation: Operation) -> Iterator[Finding]:
+def deterministic(prover: Prover, report: ObligationReport, operation: Operation) -> Iterator[Finding]:
     """``Op(S, in, S1, o1) and Op(S, in, S2, o2) => S1 = S2 and o1 = o2``, a finding for each variable."""
     situation = prover.situation
     step = situation.step(operation)
@@ -184,7 +184,7 @@ def _two_outcomes(found: Found) -> dict[str, str]:
     }
 
 
-def output_defined(prover: Prover, report: Report, operation: Operation) -> Iterator[Finding]:
+def output_defined(prover: Prover, report: ObligationReport, operation: Operation) -> Iterator[Finding]:
     """No output is left free: two values of it with everything else equal, and no predicate that speaks of it there."""
     situation = prover.situation
     step = situation.step(operation)
@@ -233,7 +233,7 @@ def free_of(term: Term, own: tuple[str, str]) -> Term:
     return FALSE
 
 
-def delta_changes(prover: Prover, report: Report, operation: Operation) -> Iterator[Finding]:
+def delta_changes(prover: Prover, report: ObligationReport, operation: Operation) -> Iterator[Finding]:
     """``Op => x' = x`` does not hold for any x of the Delta-list."""
     situation = prover.situation
     if isinstance(prover.performed(operation), Impossible):

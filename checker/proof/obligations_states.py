@@ -8,7 +8,7 @@ from fractions import Fraction
 
 from cspcheck.checker.proof.control import control_states
 from cspcheck.checker.proof.finding import Finding
-from cspcheck.checker.proof.prover import Prover, Report
+from cspcheck.checker.proof.prover import ObligationReport, Prover
 from cspcheck.checker.proof.question import Impossible, Part, Question
 from cspcheck.checker.proof.situation import Situation, parameter_variable, speaks_of
 from cspcheck.checker.proof.terms import (
@@ -40,7 +40,7 @@ from cspcheck.cspm.oz.core import (
 from cspcheck.cspm.oz.writing.core_text import text
 
 
-def axioms_consistent(prover: Prover, report: Report) -> Iterator[Finding]:
+def axioms_consistent(prover: Prover, report: ObligationReport) -> Iterator[Finding]:
     """``exists C @ Ax``."""
     situation = prover.situation
     if not situation.constants and not situation.axioms:
@@ -53,7 +53,7 @@ def axioms_consistent(prover: Prover, report: Report) -> Iterator[Finding]:
     yield report.existential(answer, message="no values of the constants satisfy all axioms", lines=lines, span=span)
 
 
-def state_inhabited(prover: Prover, report: Report) -> Iterator[Finding]:
+def state_inhabited(prover: Prover, report: ObligationReport) -> Iterator[Finding]:
     """``exists S @ Inv``."""
     situation = prover.situation
     if not situation.variables:
@@ -65,7 +65,7 @@ def state_inhabited(prover: Prover, report: Report) -> Iterator[Finding]:
     )
 
 
-def initialisation(prover: Prover, report: Report) -> Iterator[Finding]:
+def initialisation(prover: Prover, report: ObligationReport) -> Iterator[Finding]:
     """``exists S @ Inv and Init``."""
     situation = prover.situation
     if not situation.variables:
@@ -78,7 +78,7 @@ def initialisation(prover: Prover, report: Report) -> Iterator[Finding]:
     )
 
 
-def initial_invariant(prover: Prover, report: Report) -> Iterator[Finding]:
+def initial_invariant(prover: Prover, report: ObligationReport) -> Iterator[Finding]:
     """``Init => Inv``, carriers assumed.
 
     For secondary variables, and others of which INIT says nothing, it is enough that they can have values.
@@ -135,7 +135,7 @@ def _about(part: Part, variables: Iterable[Declared]) -> bool:
     return speaks_of(part, [(d.name, "before") for d in variables])
 
 
-def no_blocked_control_state(prover: Prover, report: Report) -> Iterator[Finding]:
+def no_blocked_control_state(prover: Prover, report: ObligationReport) -> Iterator[Finding]:
     """``Inv => enable of one of the events that the process waits for``, at each place in its equations.
 
     A state for which that fails may be one that the process is never in at that place: the search can tell.

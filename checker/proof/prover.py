@@ -146,7 +146,7 @@ class Prover:
         return tuple(spans[k] for k in sorted(spans))
 
 
-class Report:
+class ObligationReport:
     """Makes the findings of one obligation.
 
     Args:

@@ -31,7 +31,7 @@ from cspcheck.checker.search.part import Part, Rows, cyclic_rows
 from cspcheck.checker.search.ranks import MpiRanks, Ranks
 from cspcheck.checker.search.visited import Visited
 from cspcheck.checker.search.walk import Walk
-from cspcheck.checker.search.worker import Step, Worker, drop_at_divergent_nodes
+from cspcheck.checker.search.worker import Wave, Worker, drop_at_divergent_nodes
 from cspcheck.checker.verdict import Limits
 
 BATCH = 1 << 17
@@ -188,14 +188,14 @@ class SharedSearch:
             while self._total(visited.known - first):
                 end = visited.known
                 moved = np.concatenate([moved, np.zeros(end - start - len(moved), dtype=np.uint8)])
-                self._expand(Step(self.packed.tau, False, visited.rows, start, moved), first, end)
+                self._expand(Wave(self.packed.tau, False, visited.rows, start, moved), first, end)
                 first = end
             taus = self._transitions() - before
             self.has_tau |= taus > 0
             if taus and self._job.aims[3]:
                 divergence = self._total(len(self._left(start, visited.known))) > 0
         end = visited.known
-        self._expand(Step(self.packed.visible, True, visited.rows, start, moved), start, end)
+        self._expand(Wave(self.packed.visible, True, visited.rows, start, moved), start, end)
         self._finish_level(end, divergence)
 
     def _finish_level(self, end: int, divergence: bool) -> None:
@@ -248,7 +248,7 @@ class SharedSearch:
         if due and not self.complete and self.stop is None:
             self._write_checkpoint(deadlocks + earlier.deadlocks, violated | earlier.violated)
 
-    def _expand(self, step: Step, first: int, last: int) -> None:
+    def _expand(self, step: Wave, first: int, last: int) -> None:
         """Expand rows of this process, and take in what all processes have found for it."""
         worker = self._worker
         while True:

@@ -17,7 +17,7 @@ import numpy as np
 from cspcheck.checker.arrays import Int64Array
 from cspcheck.checker.kernels.jit import Kernels
 from cspcheck.checker.search.visited import Visited
-from cspcheck.checker.search.worker import Step, Worker
+from cspcheck.checker.search.worker import Wave, Worker
 
 PARTITION_BITS = 6
 """The table is cut into this many partitions, to the power of two."""
@@ -145,7 +145,7 @@ class Crew:
         self._visited.rebuild(kernels, bits, self._partition_bits, self.together, len(self.workers))
         self._partition_bits = self._visited.partition_bits
 
-    def round(self, kernels: Kernels, step: Step, first: int, last: int, make_room: Callable[[], None]) -> None:
+    def round(self, kernels: Kernels, step: Wave, first: int, last: int, make_room: Callable[[], None]) -> None:
         """Expand the rows *first* to *last* and add their successors.
 
         Args:
@@ -174,7 +174,7 @@ class Crew:
         elif fill < 0.4:
             self._rows = min(MOST_ROWS, 2 * self._rows)
 
-    def _producing(self, kernels: Kernels, step: Step, number: int, first: int, last: int) -> Callable[[], int]:
+    def _producing(self, kernels: Kernels, step: Wave, number: int, first: int, last: int) -> Callable[[], int]:
         def produce() -> int:
             worker = self.workers[number]
             reached = worker.produce(kernels, step, first, last)

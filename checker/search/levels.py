@@ -25,7 +25,7 @@ from cspcheck.checker.search.expansion import CAPACITY, SMALL_CAPACITY, Expander
 from cspcheck.checker.search.pairs import Pairs
 from cspcheck.checker.search.visited import Visited
 from cspcheck.checker.search.walk import Walk
-from cspcheck.checker.search.worker import Step, Worker, drop_at_divergent_nodes
+from cspcheck.checker.search.worker import Wave, Worker, drop_at_divergent_nodes
 from cspcheck.checker.verdict import Limits
 
 StopReason = Literal["states", "seconds", "memory", "disk", "found"]
@@ -260,7 +260,7 @@ class LevelSearch:
     def _expand(self, index: Index, *, visible: bool, start: int) -> None:
         """Expand the rows from where the search is to the end there, and add their successors to the visited states."""
         at, last = self._at, self._at.end
-        step = Step(index, visible, self.visited.rows, start, at.moved)
+        step = Wave(index, visible, self.visited.rows, start, at.moved)
         while at.first < last:
             first = at.first
             self._before_rows()
@@ -278,7 +278,7 @@ class LevelSearch:
     def _before_rows(self) -> None:
         """Called before each run of rows is expanded."""
 
-    def _expand_rows(self, step: Step, first: int, until: int) -> int:
+    def _expand_rows(self, step: Wave, first: int, until: int) -> int:
         """Expand rows in this thread and add their successors; the first row that was left."""
         if self.pairs is not None:
             self.pairs.prepare(step.rows, first, until)
@@ -289,7 +289,7 @@ class LevelSearch:
     def _is_worth_sharing(self, rows: int) -> bool:
         return self._workers > 1 and rows >= PARALLEL_ROWS and (self._crew is None or self._crew.divided)
 
-    def _share(self, step: Step, first: int, last: int) -> int:
+    def _share(self, step: Wave, first: int, last: int) -> int:
         """Expand rows with all workers; the first row that was left."""
         if self._crew is None:
             workers = [Worker(self.packed, self.pairs, capacity=SHARED_CAPACITY) for _ in range(self._workers)]

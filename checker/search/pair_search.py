@@ -18,7 +18,7 @@ from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.search.levels import NO_LIMITS, Progress
 from cspcheck.checker.search.pairs import LazyNormalForm, Pairs
 from cspcheck.checker.search.walk import CHUNK, refusing_rows, transitions_of
-from cspcheck.checker.specification.normal_form import NormalForm, Semantics
+from cspcheck.checker.specification.normal_form import NormalForm, NormalModel
 from cspcheck.checker.verdict import Limits
 
 __all__ = ["LazyNormalForm", "PairExploration", "Violation", "ViolationKind", "explore_pairs"]
@@ -52,7 +52,7 @@ class PairExploration(Exploration):
             exploration is complete.
     """
 
-    model: Semantics
+    model: NormalModel
     violation_level: int | None
 
     @property
@@ -95,7 +95,7 @@ class PairExploration(Exploration):
 def explore_pairs(
     packed: PackedNetwork,
     specification: NormalForm | LazyNormalForm,
-    model: Semantics,
+    model: NormalModel,
     *,
     full: bool = False,
     limits: Limits = NO_LIMITS,

@@ -21,7 +21,7 @@ _FAR = np.iinfo(np.int64).max
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class PathStep:
     """One transition.
 
     Attributes:
@@ -37,7 +37,7 @@ class Step:
     node: int = 0
 
 
-def shortest_path(exploration: Exploration, goals: Int64Array, ranks: Int64Array | None = None) -> tuple[Step, ...]:
+def shortest_path(exploration: Exploration, goals: Int64Array, ranks: Int64Array | None = None) -> tuple[PathStep, ...]:
     """The canonical path from the initial state to one of the states with the indices *goals*.
 
     It has the fewest visible events; among those paths the lexicographically least sequence of visible events (by
@@ -123,10 +123,10 @@ def _closed_under_tau(walk: Walk, marks: BoolArray, start: Int64Array, level: in
     return members
 
 
-def _fewest_taus(walk: Walk, trail: _Trail, goals: Int64Array) -> tuple[Step, ...]:
+def _fewest_taus(walk: Walk, trail: _Trail, goals: Int64Array) -> tuple[PathStep, ...]:
     """The path along a trail to one of the goals with the fewest taus, least at each step."""
     rest = _taus_ahead(walk, trail, goals)
-    steps: list[Step] = []
+    steps: list[PathStep] = []
     level, here = 0, 0
     while True:
         ahead = int(rest[level][np.searchsorted(trail.members[level], here)])
@@ -198,10 +198,10 @@ def _least(walk: Walk, found: Transitions, chosen: Int64Array) -> int:
     return int(np.lexsort(keys)[0])
 
 
-def _step(walk: Walk, found: Transitions, pick: int) -> Step:
+def _step(walk: Walk, found: Transitions, pick: int) -> PathStep:
     row = found.targets.reshape(-1, walk.visited.stride)[pick]
     words = row if walk.pairs is None else walk.pairs.states(row)[0]
-    return Step(
+    return PathStep(
         int(walk.packed.events[found.events[pick]]),
         int(found.rules[pick]),
         tuple(words.tolist()),
@@ -209,7 +209,7 @@ def _step(walk: Walk, found: Transitions, pick: int) -> Step:
     )
 
 
-def tau_loop(exploration: Exploration, start: int) -> tuple[Step, ...]:
+def tau_loop(exploration: Exploration, start: int) -> tuple[PathStep, ...]:
     """The shortest cycle of taus through the state with index *start*, least in the order of :func:`shortest_path`.
 
     Raises:
@@ -219,7 +219,7 @@ def tau_loop(exploration: Exploration, start: int) -> tuple[Step, ...]:
     level = int(walk.level_of(np.array([start]))[0])
     first, end = walk.levels[level], walk.levels[level + 1]
     distance = backwards(*walk.tau_edges(level), first, end, np.array([start]))
-    steps: list[Step] = []
+    steps: list[PathStep] = []
     here, ahead = start, None
     while True:
         found = walk.moves(walk.rows(np.array([here])), [walk.packed.tau])

@@ -39,7 +39,7 @@ from cspcheck.checker.search.runs import (
 )
 from cspcheck.checker.search.visited import LOAD, Visited
 from cspcheck.checker.search.walk import Walk
-from cspcheck.checker.search.worker import Step, drop_at_divergent_nodes
+from cspcheck.checker.search.worker import Wave, drop_at_divergent_nodes
 
 GATHERED = 0.5
 """The part of the memory in which successors are gathered."""
@@ -266,7 +266,7 @@ class SpillSearch(LevelSearch):
                 for worker in self._all_workers():
                     # Marked by rows that had the same place in other blocks.
                     worker.guide.offered.fill(-1)
-            step = Step(index, visible, rows, start - first, at.moved, elsewhere=True)
+            step = Wave(index, visible, rows, start - first, at.moved, elsewhere=True)
             place = 0
             while place < last - first:
                 self._check(at.end - first - place)

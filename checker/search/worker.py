@@ -17,7 +17,7 @@ _NO_VERDICTS: UInt8Array = np.zeros(0, dtype=np.uint8)
 
 
 @dataclass(slots=True)
-class Step:
+class Wave:
     """What is to be expanded: the tau transitions of a wave or the visible ones of a level.
 
     Attributes:
@@ -68,7 +68,7 @@ class Worker:
             self._guide = self._source._replace(offered=self._source.offered.copy())
         return self._guide
 
-    def produce(self, kernels: Kernels, step: Step, first: int, last: int) -> int:
+    def produce(self, kernels: Kernels, step: Wave, first: int, last: int) -> int:
         """Expand rows of a step as far as they fit; the first row not expanded. The transitions are in ``expander``."""
         made = self.expander
         reached = made.run(kernels, step.index, step.rows, first, last)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from cspcheck.checker.semantics.steps import Row, State, Step
+from cspcheck.checker.semantics.steps import Normalise, Row, Step
 from cspcheck.cspm.process.events import TAU, TICK
 from cspcheck.cspm.process.terms import STOP, TERMINATED, External, Process, Watchdog, prefix
 
@@ -16,7 +16,7 @@ Rows = Callable[[Process], Row]
 """The transitions of a state."""
 
 
-def chase(state: State, p: External, rows: Rows) -> list[Step]:
+def chase(state: Normalise, p: External, rows: Rows) -> list[Step]:
     """``chase(P)``: P's first tau is followed until there is none; nothing else is looked at as long as there is one.
 
     What P does then is the same as P's behaviour only if the choice of taus makes no difference. A cycle of taus is
@@ -42,7 +42,7 @@ def _chased(start: Process, rows: Rows) -> Process | None:
         here = following
 
 
-def deter(state: State, p: External, rows: Rows) -> list[Step]:
+def deter(state: Normalise, p: External, rows: Rows) -> list[Step]:
     """``deter(P)``: a deterministic process that refines P in every model.
 
     After each trace one of the states is chosen in which P can settle, the first that taus lead to: one that can
@@ -104,14 +104,14 @@ def prioritise_by_order(p: External, row: Row) -> list[Step]:
     ]
 
 
-def begin_watch(state: State, p: External, rows: Rows) -> list[Step]:
+def begin_watch(state: Normalise, p: External, rows: Rows) -> list[Step]:
     """A watchdog before anything has happened."""
     events, bark = p.arguments
     watching = Watchdog(p.function, _closed((p.process,), rows), events, bark)  # type: ignore[arg-type]
     return watch(state, watching, rows)
 
 
-def watch(state: State, p: Watchdog, rows: Rows) -> list[Step]:
+def watch(state: Normalise, p: Watchdog, rows: Rows) -> list[Step]:
     r"""``trace_watchdog(P, A, bark)`` and ``failure_watchdog(P, A, bark)``: P as an observer of events of A.
 
     Both follow an implementation Q in ``Q [|A|] W``, where A must have all of Q's visible events and not *bark*. After
@@ -174,7 +174,7 @@ def _least_choices(sets: Iterable[frozenset[int]]) -> list[frozenset[int]]:
     return sorted(choices, key=sorted)
 
 
-FOLLOWING: dict[str, Callable[[State, External, Rows], list[Step]]] = {
+FOLLOWING: dict[str, Callable[[Normalise, External, Rows], list[Step]]] = {
     "chase": chase,
     "chase_nocache": chase,
     "deter": deter,

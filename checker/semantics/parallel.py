@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import product
 from typing import Any
 
-from cspcheck.checker.semantics.steps import Row, State, Step
+from cspcheck.checker.semantics.steps import Normalise, Row, Step
 from cspcheck.cspm.process.events import TAU, TICK, EventSet
 from cspcheck.cspm.process.terms import (
     SKIP,
@@ -100,7 +100,7 @@ def _alone(
     return steps, offers
 
 
-def _parallel(state: State, p: Parallel, rows: list[Row]) -> list[Step]:
+def _parallel(state: Normalise, p: Parallel, rows: list[Row]) -> list[Step]:
     events, clocks = p.events, p.clocks
 
     def rebuild(operands: Operands) -> Process:
@@ -132,7 +132,7 @@ def sharing(alphabets: tuple[EventSet, ...], event: int) -> list[int]:
     return known[event]
 
 
-def _alphabetised(state: State, p: AlphabetisedParallel, rows: list[Row]) -> list[Step]:
+def _alphabetised(state: Normalise, p: AlphabetisedParallel, rows: list[Row]) -> list[Step]:
     """An operand performs nothing outside its alphabet."""
     alphabets, clocks = p.alphabets, p.clocks
 
@@ -147,7 +147,7 @@ def _alphabetised(state: State, p: AlphabetisedParallel, rows: list[Row]) -> lis
     return steps
 
 
-def _linked(state: State, p: LinkedParallel, rows: list[Row]) -> list[Step]:
+def _linked(state: Normalise, p: LinkedParallel, rows: list[Row]) -> list[Step]:
     operands = (p.left, p.right)
     linked = ({a for a, _ in p.links}, {b for _, b in p.links})
 
@@ -161,7 +161,7 @@ def _linked(state: State, p: LinkedParallel, rows: list[Row]) -> list[Step]:
     return steps
 
 
-def _synchronising_choice(state: State, p: SynchronisingChoice, rows: list[Row]) -> list[Step]:
+def _synchronising_choice(state: Normalise, p: SynchronisingChoice, rows: list[Row]) -> list[Step]:
     """Events of A all operands perform together, and neither they nor taus resolve the choice."""
     steps: list[Step] = []
     offers: Offers = {}
@@ -179,7 +179,7 @@ def _synchronising_choice(state: State, p: SynchronisingChoice, rows: list[Row])
     return steps
 
 
-def _synchronising_interrupt(state: State, p: SynchronisingInterrupt, rows: list[Row]) -> list[Step]:
+def _synchronising_interrupt(state: Normalise, p: SynchronisingInterrupt, rows: list[Row]) -> list[Step]:
     """Events of A both sides perform together; any other event of the right, and a tick of either, ends the left."""
     steps: list[Step] = []
     offers: Offers = {}
@@ -201,7 +201,7 @@ def _synchronising_interrupt(state: State, p: SynchronisingInterrupt, rows: list
     return steps
 
 
-CONCURRENT_RULES: dict[type[Process], Callable[[State, Any, list[Row]], list[Step]]] = {
+CONCURRENT_RULES: dict[type[Process], Callable[[Normalise, Any, list[Row]], list[Step]]] = {
     Parallel: _parallel,
     AlphabetisedParallel: _alphabetised,
     LinkedParallel: _linked,

@@ -11,7 +11,7 @@ from typing import Any
 from cspcheck.checker.budget import Incomplete
 from cspcheck.checker.semantics.external import prioritise_by_order
 from cspcheck.checker.semantics.machine_states import ExplicitMachine
-from cspcheck.checker.semantics.steps import Row, State, Step
+from cspcheck.checker.semantics.steps import Normalise, Row, Step
 from cspcheck.cspm.process.events import TAU, TICK, EventSet
 from cspcheck.cspm.process.terms import (
     DIV,
@@ -47,23 +47,23 @@ MOST_TRANSITIONS = 1 << 22
 """No state is listed that has more transitions than this."""
 
 
-def _none(state: State, p: Process, rows: list[Row]) -> list[Step]:
+def _none(state: Normalise, p: Process, rows: list[Row]) -> list[Step]:
     return []
 
 
-def _skip(state: State, p: Skip, rows: list[Row]) -> list[Step]:
+def _skip(state: Normalise, p: Skip, rows: list[Row]) -> list[Step]:
     return [(TICK, TERMINATED)]
 
 
-def _diverge(state: State, p: Diverge, rows: list[Row]) -> list[Step]:
+def _diverge(state: Normalise, p: Diverge, rows: list[Row]) -> list[Step]:
     return [(TAU, DIV)]
 
 
-def _run(state: State, p: Run, rows: list[Row]) -> list[Step]:
+def _run(state: Normalise, p: Run, rows: list[Row]) -> list[Step]:
     return [(event, p) for event in _listed(p.events)]
 
 
-def _chaos(state: State, p: Chaos, rows: list[Row]) -> list[Step]:
+def _chaos(state: Normalise, p: Chaos, rows: list[Row]) -> list[Step]:
     if not p.events:
         return [(TAU, STOP)]
     return [(TAU, STOP), (TAU, Prefix(tuple([(event, p) for event in _listed(p.events)])))]
@@ -80,15 +80,15 @@ def _listed(events: EventSet) -> EventSet:
     return events
 
 
-def _prefix(state: State, p: Prefix, rows: list[Row]) -> list[Step]:
+def _prefix(state: Normalise, p: Prefix, rows: list[Row]) -> list[Step]:
     return [(event, state(after)) for event, after in p.branches]
 
 
-def _internal_choice(state: State, p: InternalChoice, rows: list[Row]) -> list[Step]:
+def _internal_choice(state: Normalise, p: InternalChoice, rows: list[Row]) -> list[Step]:
     return [(TAU, state(operand)) for operand in p.operands]
 
 
-def _external_choice(state: State, p: ExternalChoice, rows: list[Row]) -> list[Step]:
+def _external_choice(state: Normalise, p: ExternalChoice, rows: list[Row]) -> list[Step]:
     """A tau of an operand does not resolve the choice; everything else does."""
     steps: list[Step] = []
     operands = p.operands
@@ -101,13 +101,13 @@ def _external_choice(state: State, p: ExternalChoice, rows: list[Row]) -> list[S
     return steps
 
 
-def _sliding_choice(state: State, p: SlidingChoice, rows: list[Row]) -> list[Step]:
+def _sliding_choice(state: Normalise, p: SlidingChoice, rows: list[Row]) -> list[Step]:
     steps = [(event, SlidingChoice(after, p.right) if event == TAU else after) for event, after in rows[0]]
     steps.append((TAU, state(p.right)))
     return steps
 
 
-def _interrupt(state: State, p: Interrupt, rows: list[Row]) -> list[Step]:
+def _interrupt(state: Normalise, p: Interrupt, rows: list[Row]) -> list[Step]:
     """The right takes over with its first visible event; a tick of either side ends the whole."""
     steps: list[Step] = []
     for event, after in rows[0]:
@@ -117,7 +117,7 @@ def _interrupt(state: State, p: Interrupt, rows: list[Row]) -> list[Step]:
     return steps
 
 
-def _throw(state: State, p: Throw, rows: list[Row]) -> list[Step]:
+def _throw(state: Normalise, p: Throw, rows: list[Row]) -> list[Step]:
     steps: list[Step] = []
     for event, after in rows[0]:
         if event == TICK:
@@ -129,7 +129,7 @@ def _throw(state: State, p: Throw, rows: list[Row]) -> list[Step]:
     return steps
 
 
-def _sequential(state: State, p: Sequential, rows: list[Row]) -> list[Step]:
+def _sequential(state: Normalise, p: Sequential, rows: list[Row]) -> list[Step]:
     return [(TAU, state(p.right)) if event == TICK else (event, Sequential(after, p.right)) for event, after in rows[0]]
 
 
@@ -138,14 +138,14 @@ def _unless_ended(after: Process) -> bool:
     return after is not SKIP and after is not TERMINATED
 
 
-def _hide(state: State, p: Hide, rows: list[Row]) -> list[Step]:
+def _hide(state: Normalise, p: Hide, rows: list[Row]) -> list[Step]:
     return [
         (TAU if event in p.events else event, Hide(after, p.events) if _unless_ended(after) else after)
         for event, after in rows[0]
     ]
 
 
-def _project(state: State, p: Project, rows: list[Row]) -> list[Step]:
+def _project(state: Normalise, p: Project, rows: list[Row]) -> list[Step]:
     return [
         (
             event if event == TICK or event in p.events else TAU,
@@ -155,7 +155,7 @@ def _project(state: State, p: Project, rows: list[Row]) -> list[Step]:
     ]
 
 
-def _rename(state: State, p: Rename, rows: list[Row]) -> list[Step]:
+def _rename(state: Normalise, p: Rename, rows: list[Row]) -> list[Step]:
     """Relational: an event with several new names gives one transition for each of them."""
     new: dict[int, list[int]] = {}
     for old, name in p.pairs:
@@ -167,7 +167,7 @@ def _rename(state: State, p: Rename, rows: list[Row]) -> list[Step]:
     return steps
 
 
-def _prioritised(state: State, p: Prioritised, rows: list[Row]) -> list[Step]:
+def _prioritised(state: Normalise, p: Prioritised, rows: list[Row]) -> list[Step]:
     """Only the highest level that has something to offer; events of no level are neither blocked nor blocking."""
     (row,) = rows
     levels: dict[int, int] = {}
@@ -186,7 +186,7 @@ def _prioritised(state: State, p: Prioritised, rows: list[Row]) -> list[Step]:
     ]
 
 
-def _buffer(state: State, p: Buffer, rows: list[Row]) -> list[Step]:
+def _buffer(state: Normalise, p: Buffer, rows: list[Row]) -> list[Step]:
     """First in, first out; what a full or empty buffer does beside that depends on its kind.
 
     BUFFER: a full buffer accepts no input. WEAK_BUFFER: it does, and then can only perform ``explode`` and stop.
@@ -213,12 +213,12 @@ def _buffer(state: State, p: Buffer, rows: list[Row]) -> list[Step]:
     return steps
 
 
-def _machine_state(state: State, p: MachineState, rows: list[Row]) -> list[Step]:
+def _machine_state(state: Normalise, p: MachineState, rows: list[Row]) -> list[Step]:
     assert isinstance(p.machine, ExplicitMachine)
     return list(p.machine.row(p.state))
 
 
-def _external(state: State, p: External, rows: list[Row]) -> list[Step]:
+def _external(state: Normalise, p: External, rows: list[Row]) -> list[Step]:
     """The other functions look further than at the transitions of an operand
     (``cspcheck.checker.semantics.external``).
     """
@@ -226,7 +226,7 @@ def _external(state: State, p: External, rows: list[Row]) -> list[Step]:
     return prioritise_by_order(p, rows[0])
 
 
-SEQUENTIAL_RULES: dict[type[Process], Callable[[State, Any, list[Row]], list[Step]]] = {
+SEQUENTIAL_RULES: dict[type[Process], Callable[[Normalise, Any, list[Row]], list[Step]]] = {
     Stop: _none,
     Terminated: _none,
     Skip: _skip,

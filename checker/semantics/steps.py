@@ -10,5 +10,5 @@ Step = tuple[int, Process]
 """An event and the state after it."""
 Row = tuple[Step, ...]
 """The transitions of one state: distinct, ascending by event."""
-State = Callable[[Process], Process]
+Normalise = Callable[[Process], Process]
 """Brings what follows a step, and has not run before, to head normal form."""

@@ -15,7 +15,7 @@ from cspcheck.checker.budget import Incomplete
 from cspcheck.checker.semantics.steps import Row
 from cspcheck.checker.semantics.transitions import Semantics, offer
 from cspcheck.checker.specification.acceptances import AcceptanceSet, AcceptanceSets, minimal
-from cspcheck.checker.specification.normal_form import Semantics as Model
+from cspcheck.checker.specification.normal_form import NormalModel
 from cspcheck.cspm.process.events import TAU
 from cspcheck.cspm.process.terms import Process
 
@@ -46,7 +46,7 @@ class LazySpecification:
     def __init__(
         self,
         process: Process,
-        model: Model,
+        model: NormalModel,
         alphabet: Int64Array,
         most: int,
         why: Incomplete,

@@ -30,7 +30,7 @@ import numpy as np
 
 from cspcheck.checker.arrays import BoolArray, Int32Array, Int64Array
 
-Semantics = Literal["T", "F", "FD"]
+NormalModel = Literal["T", "F", "FD"]
 """The models that a normal form is made for."""
 FailuresModel = Literal["F", "FD"]
 """Those of them that know of refusals."""
@@ -54,7 +54,7 @@ class NormalForm:
         root: the node of the empty trace.
     """
 
-    model: Semantics
+    model: NormalModel
     events: Int64Array
     offsets: Int64Array
     columns: Int32Array

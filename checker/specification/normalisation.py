@@ -15,7 +15,7 @@ from cspcheck.checker.arrays import Int64Array
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.sparse_rows import gather_rows, intern_rows
 from cspcheck.checker.specification.acceptances import AcceptanceSet, StateAcceptances
-from cspcheck.checker.specification.normal_form import NormalForm, Semantics
+from cspcheck.checker.specification.normal_form import NormalForm, NormalModel
 from cspcheck.checker.specification.normaliser import Normaliser
 from cspcheck.cspm.process.events import TAU
 
@@ -24,7 +24,7 @@ MINIMISATION_WORK = 20_000_000
 
 
 def normalise(
-    lts: Lts, model: Semantics, *, minimise: bool = True, poll: Callable[[int], None] | None = None
+    lts: Lts, model: NormalModel, *, minimise: bool = True, poll: Callable[[int], None] | None = None
 ) -> NormalForm:
     """The normal form of a machine whose states are all reachable.
 
@@ -49,7 +49,7 @@ def is_deterministic(lts: Lts) -> bool:
     return not repeated.any()
 
 
-def _own_normal_form(lts: Lts, model: Semantics) -> NormalForm:
+def _own_normal_form(lts: Lts, model: NormalModel) -> NormalForm:
     """The normal form of a machine that :func:`is_deterministic`: the machine itself, in arrays throughout."""
     events: Int64Array = np.unique(lts.labels)
     columns = np.searchsorted(events, lts.labels)

@@ -24,7 +24,7 @@ from cspcheck.checker.specification.acceptances import (
     divergent_states,
     minimal,
 )
-from cspcheck.checker.specification.normal_form import NormalForm, Semantics
+from cspcheck.checker.specification.normal_form import NormalForm, NormalModel
 from cspcheck.cspm.process.events import TAU
 
 LARGE = 100
@@ -45,7 +45,7 @@ class Normaliser:
         events: shape (columns,): the visible labels of the machine, ascending.
     """
 
-    def __init__(self, lts: Lts, model: Semantics) -> None:
+    def __init__(self, lts: Lts, model: NormalModel) -> None:
         self.model = model
         self.events: Int64Array = np.unique(lts.labels[lts.labels != TAU])
         self._columns = np.searchsorted(self.events, lts.labels)

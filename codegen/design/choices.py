@@ -17,7 +17,7 @@ from cspcheck.codegen.design.pieces import (
     Lines,
     Method,
     Plain,
-    State,
+    StateMethod,
     Use,
     alternative,
     bare,
@@ -51,7 +51,7 @@ class Choices:
         """Definitions in Timed sections: time passes between their events, which only their machines show."""
         self.owner: Symbol | None = None
         """The module in which the definitions stand: None for the script itself."""
-        self.states: dict[Symbol, State] = {}
+        self.states: dict[Symbol, StateMethod] = {}
         self.methods: dict[str, Method] = {}
         self.ports: dict[str, str] = {}
         """The attribute of the task for each channel that it uses."""

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from cspcheck.codegen import messages
 from cspcheck.codegen.design.classes import OperationDesign
 from cspcheck.codegen.design.expressions import Expressions
-from cspcheck.codegen.design.pieces import InternalChoice, State, Use
+from cspcheck.codegen.design.pieces import InternalChoice, StateMethod, Use
 from cspcheck.codegen.design.tasks import Processes
 from cspcheck.codegen.quoting import literal, literals
 from cspcheck.cspm.diagnostics import ScriptError
@@ -54,7 +54,7 @@ class ClassProcesses(Processes):
             return f"self.{attribute}"
         return f"self.{attribute}.on({', '.join(fields)})"
 
-    def any_operation(self, attributes: Sequence[str]) -> State:
+    def any_operation(self, attributes: Sequence[str]) -> StateMethod:
         """A loop that always offers all operations: what a class without ``main`` does."""
         if not attributes:
             lines = ["await self.stop()"]
@@ -62,7 +62,7 @@ class ClassProcesses(Processes):
             lines = [f"await self.do(self.{attributes[0]})"]
         else:
             lines = [f"await self.act({', '.join(f'self.{attribute}' for attribute in attributes)})"]
-        return State("main", [], "", lines)
+        return StateMethod("main", [], "", lines)
 
 
 def main_of(script: Script, model: core.ClassModel) -> Symbol | None:

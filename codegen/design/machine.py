@@ -24,7 +24,7 @@ MOST_MOVES = 40_000
 """Likewise for what its states offer."""
 
 
-class Semantics(Protocol):
+class OperationalSemantics(Protocol):
     """What a process does: the operational semantics of the checker has these two."""
 
     def state(self, process: Process) -> Process:
@@ -67,7 +67,7 @@ class Machine:
         return any(len(state.ways) > 1 for state in self.states)
 
 
-def machine(references: Sequence[Reference], semantics: Semantics, table: EventTable) -> Machine:
+def machine(references: Sequence[Reference], semantics: OperationalSemantics, table: EventTable) -> Machine:
     """The machine of some processes, which share their states.
 
     A state that can do something by itself is left at once: what it offered beside that, it offers to nobody. Every
@@ -109,7 +109,7 @@ def machine(references: Sequence[Reference], semantics: Semantics, table: EventT
     return Machine(tuple(found), starts)
 
 
-def _settled(process: Process, semantics: Semantics) -> Process:
+def _settled(process: Process, semantics: OperationalSemantics) -> Process:
     """The state that a process comes to by itself as long as there is only one way: no choice, and nothing to see."""
     state = semantics.state(process)
     seen = {state}

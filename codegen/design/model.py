@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from cspcheck.codegen.design.classes import ClassDesign
 from cspcheck.codegen.design.data import Data
-from cspcheck.codegen.design.pieces import State
+from cspcheck.codegen.design.pieces import StateMethod
 from cspcheck.codegen.design.timing import Timing
 
 
@@ -49,8 +49,8 @@ class TaskDesign:
     class_name: str
     text: str
     parameters: list[tuple[str, str]]
-    loop: State | None
-    states: list[State]
+    loop: StateMethod | None
+    states: list[StateMethod]
     start: str
     methods: list[MethodDesign]
     ports: dict[str, tuple[str, str | None]]

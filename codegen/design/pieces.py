@@ -73,7 +73,7 @@ class Branch:
 
 
 @dataclass
-class State:
+class StateMethod:
     """A definition as a method: its lines below the head."""
 
     name: str

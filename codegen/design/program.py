@@ -11,11 +11,11 @@ from cspcheck.codegen.design.class_tasks import ClassProcesses, main_of, operati
 from cspcheck.codegen.design.classes import Classes, OperationDesign
 from cspcheck.codegen.design.data import Data
 from cspcheck.codegen.design.expressions import Expressions
-from cspcheck.codegen.design.machine import Semantics, machine
+from cspcheck.codegen.design.machine import OperationalSemantics, machine
 from cspcheck.codegen.design.model import ChannelDesign, ClassPart, Design, Instance, MethodDesign, TaskDesign
 from cspcheck.codegen.design.naming import camel, snake, unique
 from cspcheck.codegen.design.network import Alphabets, Group, Leaf, Network, Wire, network
-from cspcheck.codegen.design.pieces import RESERVED, InternalChoice, Lines, Method, NeedsStates, Plain, State, Use
+from cspcheck.codegen.design.pieces import RESERVED, InternalChoice, Lines, Method, NeedsStates, Plain, StateMethod, Use
 from cspcheck.codegen.design.tables import TableWriter
 from cspcheck.codegen.design.tasks import Processes
 from cspcheck.codegen.design.timing import Timing, timings, tock
@@ -37,7 +37,10 @@ RESERVED_MODULES = sys.stdlib_module_names | {"channels", "data_types", "functio
 
 
 def design(
-    script: Script, process: str, internal_choice: InternalChoice = "refuse", semantics: Semantics | None = None
+    script: Script,
+    process: str,
+    internal_choice: InternalChoice = "refuse",
+    semantics: OperationalSemantics | None = None,
 ) -> Design:
     """The program for a process of a script.
 
@@ -56,7 +59,7 @@ def design(
 
 class _Designer:
     def __init__(
-        self, script: Script, process: str, internal_choice: InternalChoice, semantics: Semantics | None
+        self, script: Script, process: str, internal_choice: InternalChoice, semantics: OperationalSemantics | None
     ) -> None:
         self.semantics = semantics
         self.script = script
@@ -415,7 +418,7 @@ class _Designer:
         main = main_of(self.script, model)
         unused = [o for o in made.operations if o.method is not None]
         if main is None:
-            loop: State | None = processes.any_operation([o.attribute for o in unused])
+            loop: StateMethod | None = processes.any_operation([o.attribute for o in unused])
             start = ""
         else:
             processes.owner = main.owner
@@ -478,7 +481,7 @@ class _Designer:
         state = processes.states[symbol]
         return [(name if name != "_" else f"value_{i}", note) for i, (name, note) in enumerate(state.parameters)]
 
-    def _translate(self, processes: Processes, symbol: Symbol) -> tuple[State | None, str]:
+    def _translate(self, processes: Processes, symbol: Symbol) -> tuple[StateMethod | None, str]:
         try:
             return processes.loop(symbol), ""
         except NeedsStates:

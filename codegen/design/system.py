@@ -10,7 +10,7 @@ from collections.abc import Hashable
 from dataclasses import dataclass, field
 
 from cspcheck.codegen import messages
-from cspcheck.codegen.design.machine import Machine, Semantics, machine
+from cspcheck.codegen.design.machine import Machine, OperationalSemantics, machine
 from cspcheck.codegen.design.network import Leaf, Network, Wire, network
 from cspcheck.codegen.design.pieces import InternalChoice
 from cspcheck.codegen.design.timing import Timing, timings, tock
@@ -109,7 +109,9 @@ class System:
     channel_of: list[int] = field(default_factory=list)
 
 
-def system(script: Script, process: str, semantics: Semantics, internal_choice: InternalChoice = "refuse") -> System:
+def system(
+    script: Script, process: str, semantics: OperationalSemantics, internal_choice: InternalChoice = "refuse"
+) -> System:
     """The machines of a process of a script.
 
     Raises:
@@ -119,7 +121,9 @@ def system(script: Script, process: str, semantics: Semantics, internal_choice: 
 
 
 class _Builder:
-    def __init__(self, script: Script, process: str, semantics: Semantics, internal_choice: InternalChoice) -> None:
+    def __init__(
+        self, script: Script, process: str, semantics: OperationalSemantics, internal_choice: InternalChoice
+    ) -> None:
         self.script = script
         self.process = process
         self.semantics = semantics

@@ -12,7 +12,7 @@ from cspcheck.codegen import messages
 from cspcheck.codegen.design.choices import Choices
 from cspcheck.codegen.design.expressions import constant
 from cspcheck.codegen.design.naming import snake, unique
-from cspcheck.codegen.design.pieces import Lines, NeedsStates, State, bare, is_simple, unwrapped
+from cspcheck.codegen.design.pieces import Lines, NeedsStates, StateMethod, bare, is_simple, unwrapped
 from cspcheck.codegen.quoting import literal
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
@@ -24,7 +24,7 @@ class Processes(Choices):
 
     # --- definitions -----------------------------------------------------------------------------------------
 
-    def loop(self, symbol: Symbol) -> State:
+    def loop(self, symbol: Symbol) -> StateMethod:
         """The definition as a loop.
 
         Raises:
@@ -54,7 +54,7 @@ class Processes(Choices):
             self._todo.append(symbol)
         return self._state_names[symbol]
 
-    def _define(self, symbol: Symbol) -> State:
+    def _define(self, symbol: Symbol) -> StateMethod:
         self._out = Lines()
         declaration = symbol.declaration
         if declaration in self.timed:
@@ -64,12 +64,12 @@ class Processes(Choices):
             case syntax.PatternDefinition(pattern=syntax.NamePattern()):
                 with self.expressions.inside():
                     self._process(declaration.body, tail=True)
-                return State(name, [], declaration.span.text, self._out.lines)
+                return StateMethod(name, [], declaration.span.text, self._out.lines)
             case syntax.FunctionDefinition():
                 return self._define_function(symbol, declaration, name)
         raise self.expressions.refused(declaration or syntax.Node(span=symbol.span), f"`{symbol.name}`")  # type: ignore[arg-type]
 
-    def _define_function(self, symbol: Symbol, declaration: syntax.FunctionDefinition, name: str) -> State:
+    def _define_function(self, symbol: Symbol, declaration: syntax.FunctionDefinition, name: str) -> StateMethod:
         first = declaration.clauses[0]
         if len(first.groups) != 1:
             raise self.expressions.refused(declaration, f"the curried definition `{declaration.name}`")
@@ -79,7 +79,9 @@ class Processes(Choices):
                 written = [self._parameter(p, scope.bind) for p in first.groups[0]]
                 self._parameters = written
                 self._process(first.body, tail=True)
-            return State(name, list(zip(written, annotations, strict=True)), declaration.span.text, self._out.lines)
+            return StateMethod(
+                name, list(zip(written, annotations, strict=True)), declaration.span.text, self._out.lines
+            )
         written = [f"value_{i + 1}" for i in range(len(first.groups[0]))]
         self._parameters = written
         for i, clause in enumerate(declaration.clauses):
@@ -101,7 +103,7 @@ class Processes(Choices):
                 self._out.add(
                     f'raise ValueError({literal(f"no clause of {declaration.name} matches")} f" {{({values},)}}")'
                 )
-        return State(name, list(zip(written, annotations, strict=True)), declaration.span.text, self._out.lines)
+        return StateMethod(name, list(zip(written, annotations, strict=True)), declaration.span.text, self._out.lines)
 
     def _annotations(self, patterns: Sequence[syntax.Pattern]) -> list[str]:
         types = self.expressions.script.types

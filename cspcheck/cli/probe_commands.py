@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.process.events import TAU
 from cspcheck.cspm.spelling import suggestions
-from cspcheck.probing import NoSuchStep, Probe, Step, step_name
+from cspcheck.probing import NoSuchStep, Probe, ProbeStep, step_name
 from cspcheck.quantities import count
 from cspcheck.report.diagnostics import render_diagnostics
 from cspcheck.report.probe import MOST_STEPS, show_point, show_term, show_trace
@@ -153,7 +153,7 @@ class Commands:
                 states.append(state)
         return [("(specification)", states[done])] if done < len(states) else []
 
-    def _texts(self, steps: list[Step]) -> list[str]:
+    def _texts(self, steps: list[ProbeStep]) -> list[str]:
         return [self._probe.events.name(step.event) for step in steps]
 
     def _do(self, text: str) -> None:
@@ -166,7 +166,7 @@ class Commands:
             self._probe.take(self._named(text, steps))
         self._show()
 
-    def _named(self, text: str, steps: list[Step]) -> Step:
+    def _named(self, text: str, steps: list[ProbeStep]) -> ProbeStep:
         """The one step that is called like that."""
         wanted = "".join(text.split())
         chosen = [step for step in steps if self._probe.events.name(step.event).replace(" ", "") == wanted]
@@ -203,7 +203,7 @@ class Commands:
             raise NoSuchStep(f"{error}; stopped after {count(done, 'step')}") from None
         self._show()
 
-    def _first_tau(self) -> Step:
+    def _first_tau(self) -> ProbeStep:
         step = next((step for step in self._probe.steps() if step.event == TAU), None)
         if step is None:
             raise NoSuchStep(f"`{self._probe.events.tau}` cannot happen here")

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from cspcheck.checker.explain.blocked_slots import shortest_cycle
 from cspcheck.checker.explain.running import Component, Performed
 from cspcheck.cspm.process.text import describe
-from cspcheck.probing import Probe, Step, step_name
+from cspcheck.probing import Probe, ProbeStep, step_name
 from cspcheck.quantities import count
 from cspcheck.report.sentences import circle_sentence
 from cspcheck.report.style import Style, columns, harmless, pad, wrapped
@@ -154,7 +154,7 @@ def _steps(probe: Probe, style: Style, everything: bool) -> list[str]:
     return lines
 
 
-def _alike(steps: Sequence[Step], texts: Sequence[str], who: Sequence[str]) -> set[int]:
+def _alike(steps: Sequence[ProbeStep], texts: Sequence[str], who: Sequence[str]) -> set[int]:
     """The numbers of steps that look the same and lead to different states."""
     met: dict[tuple[str, str], list[int]] = {}
     for step, text, actors in zip(steps, texts, who, strict=True):
@@ -162,7 +162,7 @@ def _alike(steps: Sequence[Step], texts: Sequence[str], who: Sequence[str]) -> s
     return {number for numbers in met.values() if len(numbers) > 1 for number in numbers}
 
 
-def _then(probe: Probe, step: Step) -> str:
+def _then(probe: Probe, step: ProbeStep) -> str:
     """What the components that take part in a step become."""
     after = probe.after(step)
     before = dict(probe.here.components())

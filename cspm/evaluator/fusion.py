@@ -84,7 +84,7 @@ class Fusion:
         return result
 
 
-class Place:
+class FusedPlace:
     """Where an expression stands in a fused function: its frame, and the Python variables behind its environment."""
 
     def __init__(self, frame: Frame, base: int, variables: tuple[str, ...] = ()) -> None:
@@ -101,9 +101,9 @@ class Place:
         """A variable by its position."""
         return f"env[{slot}]" if slot < self.base else self.variables[slot - self.base]
 
-    def within(self, frame: Frame, variables: Items[str]) -> Place:
+    def within(self, frame: Frame, variables: Items[str]) -> FusedPlace:
         """A place inside, with further variables."""
-        return Place(frame, self.base, (*self.variables, *variables))
+        return FusedPlace(frame, self.base, (*self.variables, *variables))
 
 
 class Fuser:
@@ -136,7 +136,7 @@ class Fuser:
 
     # --- expressions ----------------------------------------------------------------------------------------
 
-    def value(self, node: syntax.Expr, place: Place, depth: int = 0) -> str:
+    def value(self, node: syntax.Expr, place: FusedPlace, depth: int = 0) -> str:
         """Text for the value of *node*."""
         while isinstance(node, syntax.Paren):
             node = node.inner
@@ -183,18 +183,18 @@ class Fuser:
                         return called
         return f"{self.fusion.object(self.evaluator.value(node, place.frame))}({place.env})"
 
-    def _listed(self, node: syntax.SequenceExpr, place: Place, depth: int) -> str:
+    def _listed(self, node: syntax.SequenceExpr, place: FusedPlace, depth: int) -> str:
         self.fusion.gain += 1
         items = [self.delayed(item, place, depth + 1) for item in reversed(node.items)]
         return f"Sequence([{', '.join(items)}], {len(items)})"
 
-    def _concatenation(self, node: syntax.Binary, place: Place, depth: int) -> str:
+    def _concatenation(self, node: syntax.Binary, place: FusedPlace, depth: int) -> str:
         self.fusion.gain += 1
         join = self.fusion.object(_located_append(node))
         left = self.value(node.left, place, depth + 1)
         return f"{join}({left}, {self.delayed(node.right, place, depth + 1)})"
 
-    def _local(self, node: syntax.Name, slot: int, place: Place) -> str:
+    def _local(self, node: syntax.Name, slot: int, place: FusedPlace) -> str:
         variable = place.variable(slot)
         if self.evaluator.names.symbol(node) in place.frame.evaluated:
             return variable
@@ -205,7 +205,7 @@ class Fuser:
         self._names += 1
         return f"{prefix}{self._names}"
 
-    def test(self, node: syntax.Expr, place: Place, depth: int = 0) -> str:
+    def test(self, node: syntax.Expr, place: FusedPlace, depth: int = 0) -> str:
         """Text for the truth of *node*."""
         while isinstance(node, syntax.Paren):
             node = node.inner
@@ -231,7 +231,7 @@ class Fuser:
                     return f"({self.value(node, place, depth)} is TRUE)"
         return f"{self.fusion.object(self.evaluator.condition(node, place.frame))}({place.env})"
 
-    def _comparison(self, node: syntax.Binary, place: Place, depth: int) -> str:
+    def _comparison(self, node: syntax.Binary, place: FusedPlace, depth: int) -> str:
         self.fusion.gain += 1
         left = self.value(node.left, place, depth + 1)
         right = self.value(node.right, place, depth + 1)
@@ -242,7 +242,7 @@ class Fuser:
         both = f"(type({a} := {left}) is int) & (type({b} := {right}) is int)"
         return f"(({a} {_SAME.get(node.operator, node.operator)} {b}) if {both} else {compare}({a}, {b}))"
 
-    def delayed(self, node: syntax.Expr, place: Place, depth: int = 0) -> str:
+    def delayed(self, node: syntax.Expr, place: FusedPlace, depth: int = 0) -> str:
         """Text for the value of *node* or a thunk of it."""
         while isinstance(node, syntax.Paren):
             node = node.inner
@@ -262,7 +262,7 @@ class Fuser:
             return self._listed(node, place, depth)
         return f"{self.fusion.object(self.evaluator.delayed(node, place.frame))}({place.env})"
 
-    def _is_ready(self, node: syntax.Expr, place: Place) -> bool:
+    def _is_ready(self, node: syntax.Expr, place: FusedPlace) -> bool:
         """Whether working *node* out costs no more than a thunk and cannot fail: sums of evaluated variables."""
         stack = [node]
         while stack:
@@ -280,7 +280,7 @@ class Fuser:
                     return False
         return True
 
-    def _application(self, node: syntax.Apply, place: Place, depth: int) -> str | None:
+    def _application(self, node: syntax.Apply, place: FusedPlace, depth: int) -> str | None:
         from cspcheck.cspm.evaluator.calls import known_function
 
         known = known_function(self.evaluator, node, place.frame)
@@ -309,8 +309,8 @@ class Fuser:
     # --- comprehensions -------------------------------------------------------------------------------------
 
     def loops(
-        self, statements: Items[syntax.Statement], place: Place, first: str, *, evaluated: bool
-    ) -> tuple[str, Place] | None:
+        self, statements: Items[syntax.Statement], place: FusedPlace, first: str, *, evaluated: bool
+    ) -> tuple[str, FusedPlace] | None:
         """Text for the ``for`` and ``if`` of *statements*, the first generator over the Python list *first*.
 
         None if a pattern is none that Python can bind. *evaluated*: the elements of the first source have no thunks.
@@ -359,7 +359,7 @@ class Fuser:
             names.append(self._fresh("x"))
         return f"({', '.join(names)},)", symbols, names
 
-    def element(self, node: syntax.Expr, place: Place) -> str:
+    def element(self, node: syntax.Expr, place: FusedPlace) -> str:
         """Text for the value of *node* evaluated through and through, as an element of a set."""
         while isinstance(node, syntax.Paren):
             node = node.inner
@@ -448,7 +448,7 @@ def _source_of(statement: syntax.Generator, source: Code) -> Callable[[Env], lis
 def fused_body(evaluator: Evaluator, body: syntax.Expr, frame: Frame, closure: Code) -> Code:
     """*closure*, the code of a function's body, as one function if that saves calls."""
     fuser = Fuser(evaluator)
-    text = fuser.value(body, Place(frame, frame.size))
+    text = fuser.value(body, FusedPlace(frame, frame.size))
     if fuser.fusion.gain < 1:
         return closure
     return fuser.fusion.function("env", text, closure)
@@ -472,7 +472,7 @@ def fused_elements(
     fuser = Fuser(evaluator)
     assert isinstance(statements[0], syntax.Generator)
     evaluated = isinstance(fuser.type_of(statements[0].source), types.SetOf)
-    found = fuser.loops(statements, Place(frame, frame.size), "items", evaluated=evaluated)
+    found = fuser.loops(statements, FusedPlace(frame, frame.size), "items", evaluated=evaluated)
     if found is None or len(items) != 1:
         return otherwise
     text, place = found

@@ -40,7 +40,7 @@ from cspcheck.cspm.values.sets import Set
 from cspcheck.cspm.values.thunks import Code, Env
 
 Branches: TypeAlias = list[tuple[int, Process]]
-Step: TypeAlias = Callable[[Env, Any, Branches], None]
+PrefixStep: TypeAlias = Callable[[Env, Any, Branches], None]
 """Goes on from an environment and the event so far, and adds the branches found."""
 Choice: TypeAlias = Callable[[Env, Any], list[tuple[Env, Any]]]
 """From an environment and the event so far to those that each value of the next part leads to."""
@@ -154,7 +154,7 @@ def _steps(
     parts: tuple[Part, ...],
     frame: Frame,
     shared: Callable[[Env], Process] | None,
-) -> Step:
+) -> PrefixStep:
     """The *parts* that are left, and what follows them (*shared* by all events, if it depends on no field)."""
     if not parts:
         body = evaluator.process(node.body, frame) if shared is None else shared
@@ -196,7 +196,7 @@ def _steps(
     return read
 
 
-def _output(value: Code, span: Span, rest: Step) -> Step:
+def _output(value: Code, span: Span, rest: PrefixStep) -> PrefixStep:
     def output(env: Env, event: Any, branches: Branches) -> None:
         if not dots.is_incomplete(event):
             raise _no_field(event, span)
@@ -222,9 +222,9 @@ def _whole_field(
     variable: bool,
     body: Callable[[Env], Process],
     shared: bool,
-    rest: Step,
+    rest: PrefixStep,
     matcher: Matcher,
-) -> Step:
+) -> PrefixStep:
     """A last ``?x`` or ``?_`` over all that is missing: the events have consecutive numbers."""
     general = _input_over_all(span, matcher, rest)
 
@@ -262,7 +262,7 @@ def _missing(event: Dotted, last: bool, span: Span) -> list[tuple[Any, ...]]:
         raise
 
 
-def _input_over_all(span: Span, matcher: Matcher, rest: Step) -> Step:
+def _input_over_all(span: Span, matcher: Matcher, rest: PrefixStep) -> PrefixStep:
     def over_all(env: Env, event: Any, branches: Branches) -> None:
         for parts in _missing(event, True, span):
             found = matcher(env, as_one(parts))

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from cspcheck.cspm.notation import Document, Extension, Paragraphs, Semantics, register
+from cspcheck.cspm.notation import ClassReading, Document, Extension, Paragraphs, register
 
 if TYPE_CHECKING:
     from cspcheck.cspm.diagnostics import Diagnostic
@@ -77,7 +77,7 @@ class ObjectZ(Extension):
 
         return expanded(tokens, script)
 
-    def elaborated(self, tree: s.Script, semantics: Semantics | None) -> tuple[Paragraphs, s.Script]:  # noqa: D102
+    def elaborated(self, tree: s.Script, semantics: ClassReading | None) -> tuple[Paragraphs, s.Script]:  # noqa: D102
         from cspcheck.cspm.oz.processes.classes import classes_of_tree
 
         return classes_of_tree(tree, semantics)

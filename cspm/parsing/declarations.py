@@ -13,7 +13,7 @@ from cspcheck.cspm.parsing.patterns import names_in
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as s
 
-Place = Literal["script", "module", "let", "Timed"]
+Enclosure = Literal["script", "module", "let", "Timed"]
 Refuse = Callable[[Diagnostic], None]
 
 
@@ -34,7 +34,7 @@ _KEYWORDS: Final[dict[type[s.Declaration], str]] = {
     s.InstanceDeclaration: "instance",
     s.AssertDeclaration: "assert",
 }
-_FORBIDDEN: Final[dict[Place, tuple[type[s.Declaration], ...]]] = {
+_FORBIDDEN: Final[dict[Enclosure, tuple[type[s.Declaration], ...]]] = {
     "script": (),
     "module": (s.AssertDeclaration, s.PrintDeclaration, s.Paragraph),
     "let": (*_KEYWORDS, s.Paragraph),
@@ -43,7 +43,9 @@ _FORBIDDEN: Final[dict[Place, tuple[type[s.Declaration], ...]]] = {
 """What may not be declared in each place, nor in a ``Timed`` section or an included file inside it."""
 
 
-def group(declarations: Sequence[s.Declaration | Clauses], place: Place, refuse: Refuse) -> tuple[s.Declaration, ...]:
+def group(
+    declarations: Sequence[s.Declaration | Clauses], place: Enclosure, refuse: Refuse
+) -> tuple[s.Declaration, ...]:
     """The declarations of one *place*, adjacent clauses of one function made one definition.
 
     What may not stand in such a place, a function whose clauses go over the border of a file, and annotations
@@ -77,7 +79,7 @@ def group(declarations: Sequence[s.Declaration | Clauses], place: Place, refuse:
     return tuple(grouped)
 
 
-def _check_place(declarations: Iterable[s.Declaration], place: Place, refuse: Refuse) -> None:
+def _check_place(declarations: Iterable[s.Declaration], place: Enclosure, refuse: Refuse) -> None:
     forbidden = _FORBIDDEN[place]
     if not forbidden:
         return

@@ -17,7 +17,7 @@ BOTH: Final = 24
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class NodePlace:
     """Where a node is printed.
 
     ``level`` is the loosest operator that needs no brackets there. ``follow`` is the level of the operator behind
@@ -32,7 +32,7 @@ class Place:
     tight: bool = False
 
 
-ANYWHERE: Final = Place()
+ANYWHERE: Final = NodePlace()
 
 
 _CHARACTERS: Final = {"\n": "\\n", "\r": "\\r", "\t": "\\t", "\\": "\\\\"}
@@ -82,18 +82,18 @@ _SIMPLE: Final = (s.Name, s.LiteralExpr, s.Dot, s.NamePattern, s.Wildcard, s.Lit
 
 
 def part_of(
-    place: Place,
+    place: NodePlace,
     brackets: bool,
     *,
     level: int | None = None,
     follow: int | str | None = "",
     begins_row: bool | None = None,
     tight: bool = False,
-) -> Place:
+) -> NodePlace:
     """The place of a part of a node at *place*, inside its brackets if it gets some."""
     if brackets:
         place = ANYWHERE
-    return Place(
+    return NodePlace(
         level=place.level if level is None else level,
         follow=place.follow if isinstance(follow, str) else follow,
         begins_row=place.begins_row if begins_row is None else begins_row,
@@ -102,13 +102,13 @@ def part_of(
     )
 
 
-def captures(sign: str, place: Place) -> bool:
+def captures(sign: str, place: NodePlace) -> bool:
     """Whether a sign at this place needs brackets to end where its operand does."""
     if place.level == OPERAND:
         return True
     return place.follow is not None and place.follow < SIGN_LEVELS[sign]
 
 
-def needs_end(place: Place) -> bool:
+def needs_end(place: NodePlace) -> bool:
     """Whether what extends as far to the right as it can needs brackets at this place."""
     return place.follow is not None or place.level == OPERAND

@@ -8,15 +8,15 @@ from itertools import pairwise
 from typing import Final
 
 from cspcheck.cspm.notation import extension
-from cspcheck.cspm.printing.brackets import ANYWHERE, Place, after_colon, bracketed, commas, enclosed
+from cspcheck.cspm.printing.brackets import ANYWHERE, NodePlace, after_colon, bracketed, commas, enclosed
 from cspcheck.cspm.printing.expressions import PRINTS, Expressions, Printing
 from cspcheck.cspm.printing.layout import HARD, LINE, SOFT, Doc, cat, group, join, nest
 from cspcheck.cspm.syntax import tree as s
 
 # How loosely a type may bind in a place.
-_SIMPLE: Final = Place(1)
-_DOTTED: Final = Place(2)
-_DOTABLE: Final = Place(3)
+_SIMPLE: Final = NodePlace(1)
+_DOTTED: Final = NodePlace(2)
+_DOTABLE: Final = NodePlace(3)
 
 _COMMENT = re.compile(r"--[^\n]*|\{-.*?-\}", re.DOTALL)
 _CONJUNCTION = re.compile(r"\band\b|∧|/\\")
@@ -74,11 +74,11 @@ class Printer(Expressions):
     # --- scripts and definitions -----------------------------------------------------------------------------
 
     @PRINTS(s.Script)
-    def _print_script(self, node: s.Script, place: Place) -> Printing:
+    def _print_script(self, node: s.Script, place: NodePlace) -> Printing:
         return (yield from self.lines(node.declarations))
 
     @PRINTS(s.FunctionDefinition)
-    def _print_function_definition(self, node: s.FunctionDefinition, place: Place) -> Printing:
+    def _print_function_definition(self, node: s.FunctionDefinition, place: NodePlace) -> Printing:
         clauses: list[Doc] = []
         for clause in node.clauses:
             parts: list[Doc] = [node.name]
@@ -88,7 +88,7 @@ class Printer(Expressions):
         return join(HARD, clauses)
 
     @PRINTS(s.PatternDefinition)
-    def _print_pattern_definition(self, node: s.PatternDefinition, place: Place) -> Printing:
+    def _print_pattern_definition(self, node: s.PatternDefinition, place: NodePlace) -> Printing:
         head = yield node.pattern, ANYWHERE
         return (yield from self._definition(head, node.pattern, node.body))
 
@@ -99,12 +99,12 @@ class Printer(Expressions):
         return group(head, " =", nest(cat(LINE, doc)))
 
     @PRINTS(s.AnnotationDeclaration)
-    def _print_annotation_declaration(self, node: s.AnnotationDeclaration, place: Place) -> Printing:
+    def _print_annotation_declaration(self, node: s.AnnotationDeclaration, place: NodePlace) -> Printing:
         names = ", ".join(name.name for name in node.names)
         return group(names, " ::", nest(cat(LINE, (yield node.scheme, ANYWHERE))))
 
     @PRINTS(s.ChannelDeclaration)
-    def _print_channel_declaration(self, node: s.ChannelDeclaration, place: Place) -> Printing:
+    def _print_channel_declaration(self, node: s.ChannelDeclaration, place: NodePlace) -> Printing:
         names = commas_filled([name.name for name in node.names])
         if node.fields is None:
             return cat("channel ", nest(names, 4))
@@ -112,7 +112,7 @@ class Printer(Expressions):
         return group("channel ", nest(names, 4), " :", nest(cat(LINE, after_colon(fields)), 4))
 
     @PRINTS(s.DatatypeDeclaration)
-    def _print_datatype_declaration(self, node: s.DatatypeDeclaration, place: Place) -> Printing:
+    def _print_datatype_declaration(self, node: s.DatatypeDeclaration, place: NodePlace) -> Printing:
         constructors: list[Doc] = []
         for constructor in node.constructors:
             constructors.append((yield constructor, ANYWHERE))
@@ -121,32 +121,32 @@ class Printer(Expressions):
         return group(f"{keyword} {node.name} =", nest(cat(LINE, join(cat(LINE, "| "), constructors))), broken=broken)
 
     @PRINTS(s.Constructor)
-    def _print_constructor(self, node: s.Constructor, place: Place) -> Doc | Printing:
+    def _print_constructor(self, node: s.Constructor, place: NodePlace) -> Doc | Printing:
         return node.name if node.fields is None else self._constructor(node.name, node.fields)
 
     def _constructor(self, name: str, fields: s.Expr) -> Printing:
-        return cat(f"{name}.", (yield fields, Place(tight=True)))
+        return cat(f"{name}.", (yield fields, NodePlace(tight=True)))
 
     @PRINTS(s.NametypeDeclaration)
-    def _print_nametype_declaration(self, node: s.NametypeDeclaration, place: Place) -> Printing:
+    def _print_nametype_declaration(self, node: s.NametypeDeclaration, place: NodePlace) -> Printing:
         return group(f"nametype {node.name} =", nest(cat(LINE, (yield node.body, ANYWHERE))))
 
     @PRINTS(s.ImportDeclaration)
-    def _print_import_declaration(self, node: s.ImportDeclaration, place: Place) -> Doc:
+    def _print_import_declaration(self, node: s.ImportDeclaration, place: NodePlace) -> Doc:
         return cat(f"{node.kind} ", nest(commas_filled([name.name for name in node.names]), 4))
 
     @PRINTS(s.IncludeDeclaration)
-    def _print_include_declaration(self, node: s.IncludeDeclaration, place: Place) -> Doc:
+    def _print_include_declaration(self, node: s.IncludeDeclaration, place: NodePlace) -> Doc:
         return f'include "{node.path}"'
 
     @PRINTS(s.PrintDeclaration)
-    def _print_print_declaration(self, node: s.PrintDeclaration, place: Place) -> Printing:
+    def _print_print_declaration(self, node: s.PrintDeclaration, place: NodePlace) -> Printing:
         return cat("print ", nest((yield node.expression, ANYWHERE)))
 
     # --- modules and sections --------------------------------------------------------------------------------
 
     @PRINTS(s.ModuleDeclaration)
-    def _print_module_declaration(self, node: s.ModuleDeclaration, place: Place) -> Printing:
+    def _print_module_declaration(self, node: s.ModuleDeclaration, place: NodePlace) -> Printing:
         header: Doc = f"module {node.name}"
         if node.parameters:
             parameters = yield from self._items(node.parameters, ANYWHERE)
@@ -161,7 +161,7 @@ class Printer(Expressions):
         return nest(cat(HARD, (yield from self.lines(declarations))))
 
     @PRINTS(s.InstanceDeclaration)
-    def _print_instance_declaration(self, node: s.InstanceDeclaration, place: Place) -> Printing:
+    def _print_instance_declaration(self, node: s.InstanceDeclaration, place: NodePlace) -> Printing:
         module = yield node.module, ANYWHERE
         if node.arguments:
             arguments = yield from self._items(node.arguments, ANYWHERE)
@@ -169,7 +169,7 @@ class Printer(Expressions):
         return cat(f"instance {node.name} = ", module)
 
     @PRINTS(s.TimedDeclaration)
-    def _print_timed_declaration(self, node: s.TimedDeclaration, place: Place) -> Printing:
+    def _print_timed_declaration(self, node: s.TimedDeclaration, place: NodePlace) -> Printing:
         header: Doc = "Timed {"
         if node.duration is not None:
             header = cat("Timed", bracketed((yield node.duration, ANYWHERE)), " {")
@@ -178,11 +178,11 @@ class Printer(Expressions):
     # --- assertions ------------------------------------------------------------------------------------------
 
     @PRINTS(s.AssertDeclaration)
-    def _print_assert_declaration(self, node: s.AssertDeclaration, place: Place) -> Printing:
+    def _print_assert_declaration(self, node: s.AssertDeclaration, place: NodePlace) -> Printing:
         return cat("assert ", (yield node.assertion, ANYWHERE))
 
     @PRINTS(s.NotAssertion)
-    def _print_not_assertion(self, node: s.NotAssertion, place: Place) -> Printing:
+    def _print_not_assertion(self, node: s.NotAssertion, place: NodePlace) -> Printing:
         negations = 1
         inner: s.Assertion = node.inner
         while isinstance(inner, s.NotAssertion):
@@ -193,7 +193,7 @@ class Printer(Expressions):
         return cat("not " * negations, bracketed(doc) if isinstance(inner, s.BooleanAssertion) else doc)
 
     @PRINTS(s.Refinement)
-    def _print_refinement(self, node: s.Refinement, place: Place) -> Printing:
+    def _print_refinement(self, node: s.Refinement, place: NodePlace) -> Printing:
         specification = yield from self._claimed(node.specification)
         implementation = yield node.implementation, ANYWHERE
         options = yield from self._items(node.options, ANYWHERE)
@@ -202,7 +202,7 @@ class Printer(Expressions):
         )
 
     @PRINTS(s.Property)
-    def _print_property(self, node: s.Property, place: Place) -> Printing:
+    def _print_property(self, node: s.Property, place: NodePlace) -> Printing:
         process = yield from self._claimed(node.process)
         model = "" if node.model is None else f" [{node.model}]"
         parts: list[Doc] = [LINE, f":[{node.kind}{model}]"]
@@ -218,11 +218,11 @@ class Printer(Expressions):
         return bracketed(doc) if _begins_with_not(process) else doc
 
     @PRINTS(s.BooleanAssertion)
-    def _print_boolean_assertion(self, node: s.BooleanAssertion, place: Place) -> Printing:
+    def _print_boolean_assertion(self, node: s.BooleanAssertion, place: NodePlace) -> Printing:
         return (yield node.condition, ANYWHERE)
 
     @PRINTS(s.AssertOption)
-    def _print_assert_option(self, node: s.AssertOption, place: Place) -> Doc | Printing:
+    def _print_assert_option(self, node: s.AssertOption, place: NodePlace) -> Doc | Printing:
         if node.events is not None:
             return self._priority(node.events)
         if node.kind == "symmetry reduce":
@@ -239,7 +239,7 @@ class Printer(Expressions):
     # --- types -----------------------------------------------------------------------------------------------
 
     @PRINTS(s.TypeScheme)
-    def _print_type_scheme(self, node: s.TypeScheme, place: Place) -> Printing:
+    def _print_type_scheme(self, node: s.TypeScheme, place: NodePlace) -> Printing:
         body = yield node.type, ANYWHERE
         constraints = ", ".join(f"{c.constraint} {c.variable}" for c in node.constraints)
         if not constraints:
@@ -247,29 +247,29 @@ class Printer(Expressions):
         return cat(f"({constraints})" if len(node.constraints) > 1 else constraints, " => ", body)
 
     @PRINTS(s.TypeName)
-    def _print_type_name(self, node: s.TypeName, place: Place) -> Doc:
+    def _print_type_name(self, node: s.TypeName, place: NodePlace) -> Doc:
         return "::".join(node.parts)
 
     @PRINTS(s.SetType)
-    def _print_set_type(self, node: s.SetType, place: Place) -> Printing:
+    def _print_set_type(self, node: s.SetType, place: NodePlace) -> Printing:
         return cat("{", (yield node.element, ANYWHERE), "}")
 
     @PRINTS(s.SequenceType)
-    def _print_sequence_type(self, node: s.SequenceType, place: Place) -> Printing:
+    def _print_sequence_type(self, node: s.SequenceType, place: NodePlace) -> Printing:
         return cat("<", (yield node.element, ANYWHERE), ">")
 
     @PRINTS(s.TupleType)
-    def _print_tuple_type(self, node: s.TupleType, place: Place) -> Printing:
+    def _print_tuple_type(self, node: s.TupleType, place: NodePlace) -> Printing:
         return group("(", nest(cat(SOFT, commas((yield from self._items(node.items, ANYWHERE))))), SOFT, ")")
 
     @PRINTS(s.MapType)
-    def _print_map_type(self, node: s.MapType, place: Place) -> Printing:
+    def _print_map_type(self, node: s.MapType, place: NodePlace) -> Printing:
         key = yield node.key, _DOTTED
         value = yield node.value, ANYWHERE
         return cat("(| ", key, " => ", value, " |)")
 
     @PRINTS(s.FunctionType)
-    def _print_function_type(self, node: s.FunctionType, place: Place) -> Printing:
+    def _print_function_type(self, node: s.FunctionType, place: NodePlace) -> Printing:
         # (a) -> (b) -> c is nested to the right.
         parts: list[Doc] = []
         result: s.TypeExpr = node
@@ -281,7 +281,7 @@ class Printer(Expressions):
         return bracketed(doc) if place.level <= _DOTABLE.level else doc
 
     @PRINTS(s.DotableType)
-    def _print_dotable_type(self, node: s.DotableType, place: Place) -> Printing:
+    def _print_dotable_type(self, node: s.DotableType, place: NodePlace) -> Printing:
         parts: list[Doc] = []
         result: s.TypeExpr = node
         while isinstance(result, s.DotableType):
@@ -291,7 +291,7 @@ class Printer(Expressions):
         return bracketed(doc) if place.level <= _DOTTED.level else doc
 
     @PRINTS(s.DotType)
-    def _print_dot_type(self, node: s.DotType, place: Place) -> Printing:
+    def _print_dot_type(self, node: s.DotType, place: NodePlace) -> Printing:
         parts: list[Doc] = []
         right: s.TypeExpr = node
         while isinstance(right, s.DotType):

@@ -27,7 +27,7 @@ from cspcheck.cspm.printing.brackets import (
     DOT,
     OPERAND,
     STEP,
-    Place,
+    NodePlace,
     after_colon,
     bracketed,
     captures,
@@ -41,9 +41,9 @@ from cspcheck.cspm.printing.layout import HARD, LINE, SOFT, Doc, cat, first_text
 from cspcheck.cspm.syntax import tree as s
 from cspcheck.cspm.syntax.dispatch import Dispatch
 
-Printing = Generator[tuple[s.Node, Place], Doc, Doc]
+Printing = Generator[tuple[s.Node, NodePlace], Doc, Doc]
 
-PRINTS: Final = Dispatch[Callable[[Any, Any, Place], Any]]("print")
+PRINTS: Final = Dispatch[Callable[[Any, Any, NodePlace], Any]]("print")
 """The rules by the form of the node."""
 
 
@@ -62,7 +62,7 @@ class Expressions:
         self.symbols = symbols
         """Whether Object-Z paragraphs are written with mathematical symbols."""
 
-    def document(self, node: s.Node, place: Place = ANYWHERE) -> Doc:
+    def document(self, node: s.Node, place: NodePlace = ANYWHERE) -> Doc:
         """The document of any node."""
         stack: list[Printing] = []
         wanted, where = node, place
@@ -85,7 +85,7 @@ class Expressions:
                 assert value is not None
                 return value
 
-    def _print(self, node: s.Node, place: Place) -> Printing | Doc:
+    def _print(self, node: s.Node, place: NodePlace) -> Printing | Doc:
         if isinstance(node, s.Paragraph):
             return self._paragraph(node)
         rule = PRINTS.get(type(node))
@@ -108,43 +108,43 @@ class Expressions:
     # --- operands --------------------------------------------------------------------------------------------
 
     @PRINTS(s.Name)
-    def _print_name(self, node: s.Name, place: Place) -> Doc:
+    def _print_name(self, node: s.Name, place: NodePlace) -> Doc:
         return node.text
 
     @PRINTS(s.LiteralExpr)
-    def _print_literal_expr(self, node: s.LiteralExpr, place: Place) -> Doc:
+    def _print_literal_expr(self, node: s.LiteralExpr, place: NodePlace) -> Doc:
         text = literal(node.kind, node.value)
         return bracketed(text) if captures("-", place) and text.startswith("-") else text
 
     @PRINTS(s.Paren)
-    def _print_paren(self, node: s.Paren, place: Place) -> Printing:
+    def _print_paren(self, node: s.Paren, place: NodePlace) -> Printing:
         inner = yield node.inner, ANYWHERE
         return bracketed(inner)
 
     @PRINTS(s.TupleExpr)
-    def _print_tuple_expr(self, node: s.TupleExpr, place: Place) -> Printing:
+    def _print_tuple_expr(self, node: s.TupleExpr, place: NodePlace) -> Printing:
         items = yield from self._items(node.items, ANYWHERE)
         return enclosed("(", items, ")", node.items)
 
     @PRINTS(s.SetExpr)
-    def _print_set_expr(self, node: s.SetExpr, place: Place) -> Printing:
+    def _print_set_expr(self, node: s.SetExpr, place: NodePlace) -> Printing:
         return (yield from self._comprehension("{", "}", node.items, node.statements, ANYWHERE))
 
     @PRINTS(s.Productions)
-    def _print_productions(self, node: s.Productions, place: Place) -> Printing:
+    def _print_productions(self, node: s.Productions, place: NodePlace) -> Printing:
         return (yield from self._comprehension("{|", "|}", node.items, node.statements, ANYWHERE))
 
     @PRINTS(s.SequenceExpr)
-    def _print_sequence_expr(self, node: s.SequenceExpr, place: Place) -> Printing:
-        return (yield from self._comprehension("<", ">", node.items, node.statements, Place(in_sequence=True)))
+    def _print_sequence_expr(self, node: s.SequenceExpr, place: NodePlace) -> Printing:
+        return (yield from self._comprehension("<", ">", node.items, node.statements, NodePlace(in_sequence=True)))
 
     @PRINTS(s.SetRange)
-    def _print_set_range(self, node: s.SetRange, place: Place) -> Printing:
+    def _print_set_range(self, node: s.SetRange, place: NodePlace) -> Printing:
         return (yield from self._range("{", "}", node, ANYWHERE))
 
     @PRINTS(s.SequenceRange)
-    def _print_sequence_range(self, node: s.SequenceRange, place: Place) -> Printing:
-        return (yield from self._range("<", ">", node, Place(in_sequence=True)))
+    def _print_sequence_range(self, node: s.SequenceRange, place: NodePlace) -> Printing:
+        return (yield from self._range("<", ">", node, NodePlace(in_sequence=True)))
 
     def _comprehension(
         self,
@@ -152,7 +152,7 @@ class Expressions:
         closing: str,
         items: Sequence[s.Expr],
         statements: Sequence[s.Statement] | None,
-        inside: Place,
+        inside: NodePlace,
     ) -> Printing:
         docs = yield from self._items(items, inside)
         if statements is None:
@@ -162,7 +162,7 @@ class Expressions:
         whole = cat(commas(docs), nest(cat(LINE, behind))) if docs else behind
         return enclosed(opening, [whole], closing, statements)
 
-    def _range(self, opening: str, closing: str, node: s.SetRange | s.SequenceRange, inside: Place) -> Printing:
+    def _range(self, opening: str, closing: str, node: s.SetRange | s.SequenceRange, inside: NodePlace) -> Printing:
         inside = replace(inside, tight=True)
         low = yield node.low, inside
         if opening == "<" and first_text(low).startswith("-"):
@@ -176,7 +176,7 @@ class Expressions:
         return enclosed(opening, [cat(*parts)], closing, ())
 
     @PRINTS(s.MapExpr)
-    def _print_map_expr(self, node: s.MapExpr, place: Place) -> Printing:
+    def _print_map_expr(self, node: s.MapExpr, place: NodePlace) -> Printing:
         if not node.items:
             return "(| |)"
         items: list[Doc] = []
@@ -186,34 +186,34 @@ class Expressions:
             items.append(group(key_doc, " =>", nest(cat(LINE, value_doc))))
         return group("(| ", nest(commas(items), 3), " |)")
 
-    def _items(self, nodes: Sequence[s.Node], place: Place) -> Generator[tuple[s.Node, Place], Doc, list[Doc]]:
+    def _items(self, nodes: Sequence[s.Node], place: NodePlace) -> Generator[tuple[s.Node, NodePlace], Doc, list[Doc]]:
         docs = []
         for node in nodes:
             docs.append((yield node, place))
         return docs
 
     @PRINTS(s.Apply)
-    def _print_apply(self, node: s.Apply, place: Place) -> Printing:
+    def _print_apply(self, node: s.Apply, place: NodePlace) -> Printing:
         # f(x)(y)(z) is nested to the left.
         calls = []
         function: s.Expr = node
         while isinstance(function, s.Apply):
             calls.append(function.arguments)
             function = function.function
-        parts = [(yield function, Place(OPERAND, begins_row=False))]
+        parts = [(yield function, NodePlace(OPERAND, begins_row=False))]
         for arguments in reversed(calls):
             items = yield from self._items(arguments, ANYWHERE)
             parts.append(enclosed("(", items, ")", arguments))
         return cat(*parts)
 
     @PRINTS(s.Rename)
-    def _print_rename(self, node: s.Rename, place: Place) -> Printing:
+    def _print_rename(self, node: s.Rename, place: NodePlace) -> Printing:
         renamings = []
         process: s.Expr = node
         while isinstance(process, s.Rename):
             renamings.append(process)
             process = process.process
-        parts = [(yield process, Place(OPERAND, begins_row=False))]
+        parts = [(yield process, NodePlace(OPERAND, begins_row=False))]
         for renaming in reversed(renamings):
             pairs = yield from self._pairs(renaming.pairs, " <- ")
             inner = commas(pairs)
@@ -225,7 +225,7 @@ class Expressions:
 
     def _pairs(
         self, pairs: Sequence[tuple[s.Expr, s.Expr]], sign: str
-    ) -> Generator[tuple[s.Node, Place], Doc, list[Doc]]:
+    ) -> Generator[tuple[s.Node, NodePlace], Doc, list[Doc]]:
         docs = []
         for left, right in pairs:
             left_doc = yield left, ANYWHERE
@@ -236,7 +236,7 @@ class Expressions:
     # --- operators on values ---------------------------------------------------------------------------------
 
     @PRINTS(s.Unary)
-    def _print_unary(self, node: s.Unary, place: Place) -> Printing:
+    def _print_unary(self, node: s.Unary, place: NodePlace) -> Printing:
         signs = []
         operand: s.Expr = node
         while isinstance(operand, s.Unary):
@@ -253,7 +253,7 @@ class Expressions:
         return bracketed(doc) if brackets else doc
 
     @PRINTS(s.Binary)
-    def _print_binary(self, node: s.Binary, place: Place) -> Printing:
+    def _print_binary(self, node: s.Binary, place: NodePlace) -> Printing:
         level = VALUE_LEVELS[node.operator]
         # Operators of one level associate to the left, comparisons not at all.
         spine = [node]
@@ -278,7 +278,7 @@ class Expressions:
         return bracketed(doc) if brackets else doc
 
     @PRINTS(s.Dot)
-    def _print_dot(self, node: s.Dot, place: Place) -> Printing:
+    def _print_dot(self, node: s.Dot, place: NodePlace) -> Printing:
         brackets = place.level < DOT
         inside = part_of(place, brackets, level=DOT - 1, begins_row=False, tight=True)
         parts: list[Doc] = []
@@ -293,14 +293,14 @@ class Expressions:
     # --- processes -------------------------------------------------------------------------------------------
 
     @PRINTS(s.Prefix)
-    def _print_prefix(self, node: s.Prefix, place: Place) -> Printing:
+    def _print_prefix(self, node: s.Prefix, place: NodePlace) -> Printing:
         return (yield from self._steps(node, place))
 
     @PRINTS(s.Guard)
-    def _print_guard(self, node: s.Guard, place: Place) -> Printing:
+    def _print_guard(self, node: s.Guard, place: NodePlace) -> Printing:
         return (yield from self._steps(node, place))
 
-    def _steps(self, node: s.Prefix | s.Guard, place: Place) -> Printing:
+    def _steps(self, node: s.Prefix | s.Guard, place: NodePlace) -> Printing:
         """A chain of prefixes and guards: as many to a line as fit."""
         brackets = place.level < STEP
         inside = part_of(place, brackets, level=DOT, begins_row=False)
@@ -334,7 +334,7 @@ class Expressions:
         return bracketed(doc) if brackets else doc
 
     @PRINTS(s.Field)
-    def _print_field(self, node: s.Field, place: Place) -> Printing:
+    def _print_field(self, node: s.Field, place: NodePlace) -> Printing:
         if node.kind == "!":
             assert node.expression is not None
             return cat("!", (yield node.expression, place))
@@ -345,30 +345,30 @@ class Expressions:
         return cat(node.kind, pattern, ":", (yield node.restriction, place))
 
     @PRINTS(s.ProcessBinary)
-    def _print_process_binary(self, node: s.ProcessBinary, place: Place) -> Printing:
+    def _print_process_binary(self, node: s.ProcessBinary, place: NodePlace) -> Printing:
         return (yield from self._row(node, place))
 
     @PRINTS(s.Synchronised)
-    def _print_synchronised(self, node: s.Synchronised, place: Place) -> Printing:
+    def _print_synchronised(self, node: s.Synchronised, place: NodePlace) -> Printing:
         return (yield from self._row(node, place))
 
     @PRINTS(s.AlphabetisedParallel)
-    def _print_alphabetised_parallel(self, node: s.AlphabetisedParallel, place: Place) -> Printing:
+    def _print_alphabetised_parallel(self, node: s.AlphabetisedParallel, place: NodePlace) -> Printing:
         return (yield from self._row(node, place))
 
     @PRINTS(s.ClassParallel)
-    def _print_class_parallel(self, node: s.ClassParallel, place: Place) -> Printing:
+    def _print_class_parallel(self, node: s.ClassParallel, place: NodePlace) -> Printing:
         return (yield from self._row(node, place))
 
     @PRINTS(s.LinkedParallel)
-    def _print_linked_parallel(self, node: s.LinkedParallel, place: Place) -> Printing:
+    def _print_linked_parallel(self, node: s.LinkedParallel, place: NodePlace) -> Printing:
         return (yield from self._row(node, place))
 
     @PRINTS(s.Hide)
-    def _print_hide(self, node: s.Hide, place: Place) -> Printing:
+    def _print_hide(self, node: s.Hide, place: NodePlace) -> Printing:
         return (yield from self._row(node, place))
 
-    def _row(self, node: s.Expr, place: Place) -> Printing:
+    def _row(self, node: s.Expr, place: NodePlace) -> Printing:
         """A row of process operators of one level, one operand to a line if they do not fit on one."""
         level = _level(node)
         hiding = isinstance(node, s.Hide)
@@ -431,7 +431,7 @@ class Expressions:
     # --- what extends to the right ---------------------------------------------------------------------------
 
     @PRINTS(s.If)
-    def _print_if(self, node: s.If, place: Place) -> Printing:
+    def _print_if(self, node: s.If, place: NodePlace) -> Printing:
         brackets = needs_end(place)
         inside = part_of(place, brackets, level=BOTH, follow=None, begins_row=True)
         parts: list[Doc] = []
@@ -450,7 +450,7 @@ class Expressions:
         return bracketed(doc) if brackets else doc
 
     @PRINTS(s.Let)
-    def _print_let(self, node: s.Let, place: Place) -> Printing:
+    def _print_let(self, node: s.Let, place: NodePlace) -> Printing:
         brackets = needs_end(place)
         inside = part_of(place, brackets, level=BOTH, follow=None, begins_row=True)
         lines: list[Doc] = []
@@ -464,7 +464,7 @@ class Expressions:
         return bracketed(doc) if brackets else doc
 
     @PRINTS(s.Lambda)
-    def _print_lambda(self, node: s.Lambda, place: Place) -> Printing:
+    def _print_lambda(self, node: s.Lambda, place: NodePlace) -> Printing:
         brackets = needs_end(place)
         inside = part_of(place, brackets, level=BOTH, follow=None, begins_row=True)
         parameters = yield from self._items(node.parameters, inside)
@@ -473,7 +473,7 @@ class Expressions:
         return bracketed(doc) if brackets else doc
 
     @PRINTS(s.Replicated)
-    def _print_replicated(self, node: s.Replicated, place: Place) -> Printing:
+    def _print_replicated(self, node: s.Replicated, place: NodePlace) -> Printing:
         if node.operator == "||":
             # It ends in a bracket, and takes in no more than the right operand of `[A || B]` would.
             brackets = place.level < STEP or (place.follow is not None and place.follow <= PARALLEL)
@@ -507,48 +507,48 @@ class Expressions:
     # --- statements ------------------------------------------------------------------------------------------
 
     @PRINTS(s.Generator)
-    def _print_generator(self, node: s.Generator, place: Place) -> Printing:
+    def _print_generator(self, node: s.Generator, place: NodePlace) -> Printing:
         pattern = yield node.pattern, place
         source = yield node.source, place
         return cat(pattern, " : ", after_colon(source)) if node.colon else cat(pattern, " <- ", source)
 
     @PRINTS(s.Qualifier)
-    def _print_qualifier(self, node: s.Qualifier, place: Place) -> Printing:
+    def _print_qualifier(self, node: s.Qualifier, place: NodePlace) -> Printing:
         return (yield node.condition, place)
 
     # --- patterns --------------------------------------------------------------------------------------------
 
     @PRINTS(s.NamePattern)
-    def _print_name_pattern(self, node: s.NamePattern, place: Place) -> Doc:
+    def _print_name_pattern(self, node: s.NamePattern, place: NodePlace) -> Doc:
         return node.text
 
     @PRINTS(s.Wildcard)
-    def _print_wildcard(self, node: s.Wildcard, place: Place) -> Doc:
+    def _print_wildcard(self, node: s.Wildcard, place: NodePlace) -> Doc:
         return "_"
 
     @PRINTS(s.LiteralPattern)
-    def _print_literal_pattern(self, node: s.LiteralPattern, place: Place) -> Doc:
+    def _print_literal_pattern(self, node: s.LiteralPattern, place: NodePlace) -> Doc:
         text = literal(node.kind, node.value)
         return bracketed(text) if text.startswith("-") and captures("-", place) else text
 
     @PRINTS(s.ParenPattern)
-    def _print_paren_pattern(self, node: s.ParenPattern, place: Place) -> Printing:
+    def _print_paren_pattern(self, node: s.ParenPattern, place: NodePlace) -> Printing:
         return bracketed((yield node.inner, ANYWHERE))
 
     @PRINTS(s.TuplePattern)
-    def _print_tuple_pattern(self, node: s.TuplePattern, place: Place) -> Printing:
+    def _print_tuple_pattern(self, node: s.TuplePattern, place: NodePlace) -> Printing:
         return enclosed("(", (yield from self._items(node.items, ANYWHERE)), ")", node.items)
 
     @PRINTS(s.SequencePattern)
-    def _print_sequence_pattern(self, node: s.SequencePattern, place: Place) -> Printing:
+    def _print_sequence_pattern(self, node: s.SequencePattern, place: NodePlace) -> Printing:
         return enclosed("<", (yield from self._items(node.items, ANYWHERE)), ">", node.items)
 
     @PRINTS(s.SetPattern)
-    def _print_set_pattern(self, node: s.SetPattern, place: Place) -> Printing:
+    def _print_set_pattern(self, node: s.SetPattern, place: NodePlace) -> Printing:
         return enclosed("{", (yield from self._items(node.items, ANYWHERE)), "}", node.items)
 
     @PRINTS(s.ConcatPattern)
-    def _print_concat_pattern(self, node: s.ConcatPattern, place: Place) -> Printing:
+    def _print_concat_pattern(self, node: s.ConcatPattern, place: NodePlace) -> Printing:
         level = VALUE_LEVELS["^"]
         spine = [node]
         while isinstance(spine[-1].left, s.ConcatPattern):
@@ -564,7 +564,7 @@ class Expressions:
         return bracketed(doc) if brackets else doc
 
     @PRINTS(s.DotPattern)
-    def _print_dot_pattern(self, node: s.DotPattern, place: Place) -> Printing:
+    def _print_dot_pattern(self, node: s.DotPattern, place: NodePlace) -> Printing:
         brackets = place.level < DOT
         inside = part_of(place, brackets, level=DOT - 1)
         parts: list[Doc] = []
@@ -577,7 +577,7 @@ class Expressions:
         return bracketed(doc) if brackets else doc
 
     @PRINTS(s.BothPattern)
-    def _print_both_pattern(self, node: s.BothPattern, place: Place) -> Printing:
+    def _print_both_pattern(self, node: s.BothPattern, place: NodePlace) -> Printing:
         brackets = place.level < BOTH
         inside = part_of(place, brackets, level=BOTH - 1)
         left = yield node.left, replace(inside, follow=BOTH)

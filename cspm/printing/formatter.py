@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Literal
 
-from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.diagnostics import ScriptError, Severity
 from cspcheck.cspm.notation import extension
 from cspcheck.cspm.parsing.lexer import Tokens, tokenise
 from cspcheck.cspm.parsing.reading import is_markup, parse_alone
@@ -46,6 +46,9 @@ def format_source(source: Source, *, width: int = WIDTH) -> str:
 
         raise ScriptError(document_to_format(source.name))
     script = parse_alone(source)
+    # A line that shows nothing for a mistake in it stops no check, but what it was to say is not known.
+    if wrong := [remark for remark in script.remarks if remark.code == "CSP017"]:
+        raise ScriptError(*[replace(remark, severity=Severity.ERROR) for remark in wrong])
     tokens = _tokens(source, script)[0]
     hints = _Hints(source, tokens)
     laid_out = lay_out(Printer(hints.broken).document(script), width)

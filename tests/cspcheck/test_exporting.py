@@ -11,7 +11,7 @@ from cspcheck.checker.proof.answer import specification_of
 from cspcheck.checker.reduction.bisimulation import strong_bisimulation
 from cspcheck.checker.semantics.transitions import explore
 from cspcheck.cspm.diagnostics import ScriptError
-from cspcheck.cspm.notation import Semantics
+from cspcheck.cspm.notation import ClassReading
 from cspcheck.cspm.script import Script, load
 from cspcheck.cspm.source import Source
 from cspcheck.exporting import plain_text
@@ -113,7 +113,7 @@ assert card({| C::note, data |}) == 11
 
 def written(text: str, **semantics: str) -> tuple[Script, Script, str]:
     """A script, the script that it becomes, and the text of that."""
-    chosen = Semantics(**semantics)  # type: ignore[arg-type]
+    chosen = ClassReading(**semantics)  # type: ignore[arg-type]
     plain = plain_text(load(Source("classes.csp", text), semantics=chosen)).text
     return load(Source("classes.csp", text), semantics=chosen), load(Source("plain.csp", plain)), plain
 

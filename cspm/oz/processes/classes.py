@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import cspcheck.cspm.oz.processes.evaluating  # noqa: F401  (registers how what classes become is evaluated)
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.naming.symbols import Names
-from cspcheck.cspm.notation import Semantics
+from cspcheck.cspm.notation import ClassReading
 from cspcheck.cspm.oz.core import Specification
 from cspcheck.cspm.oz.processes.alphabets import Alphabets
 from cspcheck.cspm.oz.processes.context import ClassContext
@@ -45,7 +45,7 @@ class Classes:
         return self.context.used(owners)
 
 
-def classes_of_tree(tree: syntax.Script, semantics: Semantics | None) -> tuple[Classes, syntax.Script]:
+def classes_of_tree(tree: syntax.Script, semantics: ClassReading | None) -> tuple[Classes, syntax.Script]:
     """The classes of a script, and the script with what they become in their place.
 
     Raises:

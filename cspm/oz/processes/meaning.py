@@ -46,7 +46,7 @@ from cspcheck.cspm.process.terms import (
 )
 from cspcheck.cspm.values.failure import Failure
 
-State = tuple[Any, ...]
+StateValues = tuple[Any, ...]
 """The values of the state variables, primary ones first, in the order of declaration."""
 
 
@@ -89,9 +89,9 @@ class DataPart:
         self._types = {variable.name: variable.type for variable in self.variables}
         self.done: int | None = None
         """The event by which the data part agrees to terminate, in every state; None if it never has to."""
-        self.visited: dict[State, None] = {}
+        self.visited: dict[StateValues, None] = {}
         """The states that have been looked at, in that order."""
-        self._alike: dict[Process, dict[State, None]] = {}
+        self._alike: dict[Process, dict[StateValues, None]] = {}
         """The states that have been looked at by what they can do."""
         self._operations: list[OperationPlan] | None = None
 
@@ -104,7 +104,7 @@ class DataPart:
 
     # --- states --------------------------------------------------------------------------------------------------
 
-    def initial_states(self) -> tuple[list[State], list[Process]]:
+    def initial_states(self) -> tuple[list[StateValues], list[Process]]:
         """The states that INIT and the invariant allow, in order, and what is beyond the finite readings.
 
         Raises:
@@ -117,7 +117,7 @@ class DataPart:
         found.use_readings(self.evaluator)
         leaving = self._leaving(scope, self.variables, "before")
         take_state = _picker([scope.slot(*unknown.key) for unknown in unknowns])
-        states: dict[State, None] = {}
+        states: dict[StateValues, None] = {}
         beyond: dict[Process, None] = {}
 
         def take(frame: Frame) -> bool:
@@ -138,17 +138,17 @@ class DataPart:
         states, beyond = self.initial_states()
         return choice([*map(self.reference, states), *beyond])
 
-    def reference(self, state: State) -> Reference:
+    def reference(self, state: StateValues) -> Reference:
         """The data part in a state, as a name."""
         return Reference((self, state), _StateDefinition(self, state))
 
-    def text(self, state: State) -> str:
+    def text(self, state: StateValues) -> str:
         """A state as a person would write it."""
         if not self.variables:
             return self.name
         return f"{self.name}({show_assignment(self._types, state)})"
 
-    def term(self, state: State) -> Process:
+    def term(self, state: StateValues) -> Process:
         """What the data part does in a state.
 
         Raises:
@@ -158,7 +158,7 @@ class DataPart:
         self._alike.setdefault(term, {})[state] = None
         return term
 
-    def variables_of(self, state: State) -> dict[str, str]:
+    def variables_of(self, state: StateValues) -> dict[str, str]:
         """The variables of a state by name; of states that can do the same only those that are the same in all.
 
         A state that is reached is known by what it can do, so of such states nobody can tell which it is.
@@ -167,7 +167,7 @@ class DataPart:
         common = [(v, state[i]) for i, v in enumerate(self.variables) if len({other[i] for other in alike}) == 1]
         return {v.name: show(value, v.type) for v, value in common}
 
-    def _term(self, state: State) -> Process:
+    def _term(self, state: StateValues) -> Process:
         self.visited[state] = None
         branches: dict[int, Process] = {}
         operands: list[Process] = []
@@ -221,7 +221,7 @@ class _StateDefinition(Definition):
 
     __slots__ = ("part", "state")
 
-    def __init__(self, part: DataPart, state: State) -> None:
+    def __init__(self, part: DataPart, state: StateValues) -> None:
         self.part = part
         self.state = state
         self.span = part.model.span
@@ -370,7 +370,7 @@ class OperationPlan:
 
     # --- what it offers in a state -------------------------------------------------------------------------------
 
-    def offer(self, state: State, branches: dict[int, Process], operands: list[Process]) -> None:
+    def offer(self, state: StateValues, branches: dict[int, Process], operands: list[Process]) -> None:
         """Add what the operation offers in a state to *branches* (events with what follows) and *operands*."""
         self.part.evaluator.begin()
         frame = self._frame

@@ -7,11 +7,11 @@ itself and are replaced where it is inherited or used with arguments.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias, TypeVar
 
-from cspcheck.cspm.diagnostics import Diagnostic
+from cspcheck.cspm.diagnostics import Diagnostic, DiagnosticSink
 from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
 from cspcheck.cspm.oz.typing.equations import check_equations, renamed_equations
@@ -37,7 +37,6 @@ from cspcheck.cspm.oz.values.terms import shape
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.spelling import suggestions
 
-Report = Callable[[Diagnostic], None]
 D = TypeVar("D", bound=core.Declared)
 Definition: TypeAlias = SetEntry | GenericEntry | ConstructorEntry
 
@@ -57,7 +56,7 @@ class Classes:
     """The classes of a script, each made once for each choice of generic arguments."""
 
     def __init__(
-        self, trees: Sequence[s.Class], typing: Typing, scope: Scope, paragraphs: Paragraphs, report: Report
+        self, trees: Sequence[s.Class], typing: Typing, scope: Scope, paragraphs: Paragraphs, report: DiagnosticSink
     ) -> None:
         self.trees = {tree.name: tree for tree in trees}
         self.typing = typing
@@ -117,7 +116,7 @@ class Classes:
         """Whether a class is being made just now."""
         return name in self._open
 
-    def build(self, name: str, arguments: tuple[core.Term, ...], report: Report) -> _Built | None:
+    def build(self, name: str, arguments: tuple[core.Term, ...], report: DiagnosticSink) -> _Built | None:
         """A class for given arguments (none: its parameters stay given sets); None where it inherits from itself."""
         key = (name, arguments)
         if key in self._built:
@@ -138,7 +137,9 @@ class Classes:
 class _Builder:
     """Puts one class together."""
 
-    def __init__(self, classes: Classes, tree: s.Class, arguments: tuple[core.Term, ...], report: Report) -> None:
+    def __init__(
+        self, classes: Classes, tree: s.Class, arguments: tuple[core.Term, ...], report: DiagnosticSink
+    ) -> None:
         self.classes = classes
         self.tree = tree
         self.report = report
@@ -260,7 +261,7 @@ class _Builder:
         self.types[name] = entry, owner
 
     def _one_meaning(self) -> None:
-        """Report names that are of two kinds, such as a constant that a parent has as a variable."""
+        """DiagnosticSink names that are of two kinds, such as a constant that a parent has as a variable."""
         tables: list[dict[str, Span]] = [
             {name: _place(entry) or self.tree.span for name, (entry, _) in self.types.items()}
         ]

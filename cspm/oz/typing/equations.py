@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from typing import Any, TypeVar
 
-from cspcheck.cspm.diagnostics import Diagnostic
+from cspcheck.cspm.diagnostics import DiagnosticSink
 from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.typing import messages as messages
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
 
-Report = Callable[[Diagnostic], None]
 N = TypeVar("N", bound=syntax.Node)
 
 
@@ -49,9 +48,9 @@ def check_equations(
     channels: Mapping[str, core.Channel],
     processes: Sequence[core.ProcessPart],
     own: Mapping[str, core.Operation],
-    report: Report,
+    report: DiagnosticSink,
 ) -> None:
-    """Report equations that `main` never leads to, and events that equations and schemas do not agree on."""
+    """DiagnosticSink equations that `main` never leads to, and events that equations and schemas do not agree on."""
     equations: dict[str, tuple[syntax.Declaration, Span]] = {}
     for declaration in tree.equations:
         found = defined_name(declaration)

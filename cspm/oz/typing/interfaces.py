@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from cspcheck.cspm.diagnostics import Diagnostic
+from cspcheck.cspm.diagnostics import DiagnosticSink
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.typing import messages as messages
 from cspcheck.cspm.oz.typing.equations import defined_name, names_in
 from cspcheck.cspm.spelling import suggestions
 from cspcheck.cspm.syntax import tree as syntax
 
-Report = Callable[[Diagnostic], None]
-
 
 def compare_interfaces(
     models: Mapping[str, core.ClassModel],
     outside: Sequence[syntax.Declaration],
     unclear: Collection[str],
-    report: Report,
+    report: DiagnosticSink,
 ) -> None:
     """Compare the channels of all classes of a script.
 
@@ -143,7 +141,7 @@ def _without_ancestors(
 
 
 def _compared(
-    first: tuple[core.ClassModel, core.Channel], other: tuple[core.ClassModel, core.Channel], report: Report
+    first: tuple[core.ClassModel, core.Channel], other: tuple[core.ClassModel, core.Channel], report: DiagnosticSink
 ) -> bool:
     """Whether two classes declare a channel alike; differences are reported."""
     (a, mine), (b, theirs) = first, other
@@ -182,7 +180,7 @@ def _generic(type_: core.Type, model: core.ClassModel) -> bool:
     return False
 
 
-def _ends(name: str, users: list[tuple[core.ClassModel, core.Channel]], report: Report) -> None:
+def _ends(name: str, users: list[tuple[core.ClassModel, core.Channel]], report: DiagnosticSink) -> None:
     """Who writes and who reads each parameter."""
     if len(users) < 2:
         return

@@ -16,7 +16,7 @@ from cspcheck.cspm.oz.core import BOOL, Apply, Declared, FunctionType, SetType, 
 from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
 from cspcheck.cspm.oz.typing.operation_calculus import Box, Calculus
 from cspcheck.cspm.oz.typing.schemas import maximal
-from cspcheck.cspm.oz.typing.scopes import ClassEntry, ObjectEntry, Scope
+from cspcheck.cspm.oz.typing.scopes import ClassEntry, FailedEntry, ObjectEntry, Scope
 from cspcheck.cspm.oz.typing.typing import Typing
 from cspcheck.cspm.oz.typing.typing_operators import Wrong, element_of
 from cspcheck.cspm.oz.values.substitution import substituted
@@ -100,6 +100,8 @@ class Objects:
                 identities = None if found[1] is None else self._typing.carrier(found[1], self._scope)
             except Wrong as wrong:
                 self._report(wrong.diagnostic)
+                for name in declaration.names:
+                    self._scope.add(name.name, FailedEntry(wrong.diagnostic))
                 continue
             for name in declaration.names:
                 if name.name in result.objects:

@@ -6,10 +6,10 @@ serve in definitions such as ``op c = A ; B``, which :mod:`~cspcheck.cspm.oz.typ
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import replace
 
-from cspcheck.cspm.diagnostics import Diagnostic
+from cspcheck.cspm.diagnostics import DiagnosticSink
 from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.core import Apply, Term, Variable
 from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
@@ -22,7 +22,6 @@ from cspcheck.cspm.oz.values.terms import free_variables, shape
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.spelling import suggestions
 
-Report = Callable[[Diagnostic], None]
 PREFIXES = ("com_", "enable_", "effect_")
 
 
@@ -49,7 +48,7 @@ class Boxes:
         scope: Scope,
         around: Surroundings,
         inherited: Mapping[str, Box],
-        report: Report,
+        report: DiagnosticSink,
     ) -> None:
         self.tree = tree
         self.channels: dict[str, core.Channel] = {}
@@ -444,7 +443,7 @@ def _equations(term: s.Term) -> Iterator[tuple[str, Span]]:
 
 
 def inherited_operations(
-    inherited: Mapping[str, core.Operation], own: Mapping[str, core.Operation], report: Report
+    inherited: Mapping[str, core.Operation], own: Mapping[str, core.Operation], report: DiagnosticSink
 ) -> dict[str, core.Operation]:
     """The operations of a parent with those of a child; schemas of one event are conjoined."""
     joined = dict(inherited)

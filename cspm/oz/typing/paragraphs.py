@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from graphlib import CycleError, TopologicalSorter
 
-from cspcheck.cspm.diagnostics import Diagnostic
+from cspcheck.cspm.diagnostics import DiagnosticSink
 from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.core import INT, Apply, Constant, Declared, SetType
 from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
@@ -27,8 +27,6 @@ from cspcheck.cspm.oz.values.substitution import substituted
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
 
-Report = Callable[[Diagnostic], None]
-
 
 class Paragraphs:
     """What paragraphs have declared so far.
@@ -37,7 +35,9 @@ class Paragraphs:
         givens, frees, constants, axioms: for the specification. Records go to the shared table of the typing.
     """
 
-    def __init__(self, typing: Typing, scope: Scope, records: dict[str, core.RecordDefinition], report: Report) -> None:
+    def __init__(
+        self, typing: Typing, scope: Scope, records: dict[str, core.RecordDefinition], report: DiagnosticSink
+    ) -> None:
         self.typing = typing
         self.scope = scope
         self.records = records

@@ -15,7 +15,7 @@ from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.core import BOOL, Apply, Declared, RecordType, SetType, Term, Variable
 from cspcheck.cspm.oz.typing import type_messages as messages
 from cspcheck.cspm.oz.typing.fitting import Misfit, fit
-from cspcheck.cspm.oz.typing.scopes import Place, Scope, SetEntry, VariableEntry
+from cspcheck.cspm.oz.typing.scopes import PredicatePlace, Scope, SetEntry, VariableEntry
 from cspcheck.cspm.oz.typing.typing_operators import Wrong
 from cspcheck.cspm.oz.values.substitution import substituted
 from cspcheck.cspm.oz.values.terms import shape
@@ -266,7 +266,7 @@ class Schemas:
             )
         return Apply(type=SetType(kind), operator="Records")
 
-    def predicate(self, schema: Schema, scope: Scope, place: Place, span: Span) -> Term:
+    def predicate(self, schema: Schema, scope: Scope, place: PredicatePlace, span: Span) -> Term:
         """A schema as a predicate: it holds of the variables that have the names of its components.
 
         Raises:
@@ -282,7 +282,7 @@ class Schemas:
         own = [substituted(p, _by_name(values)) for p in schema.predicates]
         return core.conjunction((*members, *own), span)
 
-    def binding(self, node: s.Term, scope: Scope, place: Place, span: Span) -> Term:
+    def binding(self, node: s.Term, scope: Scope, place: PredicatePlace, span: Span) -> Term:
         """``theta S``: the record of the variables that are called as the components of S; of ``S'``, primed ones."""
         decoration = ""
         if isinstance(node, s.Reference) and node.decoration:
@@ -295,7 +295,7 @@ class Schemas:
             type=term.type.element, values=tuple([values[f.name + decoration] for f in schema.fields]), span=span
         )
 
-    def _values(self, schema: Schema, scope: Scope, place: Place, span: Span) -> dict[str, Term]:
+    def _values(self, schema: Schema, scope: Scope, place: PredicatePlace, span: Span) -> dict[str, Term]:
         values = {}
         for field in schema.fields:
             base = field.name.rstrip("'?!")

@@ -10,7 +10,7 @@ from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.source import Span
 
-Place = Literal["effect", "guard", "invariant", "initial", "axiom", "retrieve", "record"]
+PredicatePlace = Literal["effect", "guard", "invariant", "initial", "axiom", "retrieve", "record"]
 """The kind of predicate that a name stands in; it decides which decorations make sense."""
 
 

@@ -52,7 +52,7 @@ from cspcheck.cspm.oz.typing.scopes import (
     GenericEntry,
     ObjectEntry,
     ParameterEntry,
-    Place,
+    PredicatePlace,
     Scope,
     SetEntry,
     StateEntry,
@@ -94,7 +94,7 @@ class Typing:
 
     # --- what is asked for ------------------------------------------------------------------------------------
 
-    def predicate(self, node: s.Term, scope: Scope, place: Place) -> Term:
+    def predicate(self, node: s.Term, scope: Scope, place: PredicatePlace) -> Term:
         """A predicate, with nothing about its types left open.
 
         Raises:
@@ -102,7 +102,7 @@ class Typing:
         """
         return settled(self._predicate(node, scope, place))
 
-    def expression(self, node: s.Term, scope: Scope, place: Place) -> Term:
+    def expression(self, node: s.Term, scope: Scope, place: PredicatePlace) -> Term:
         """An expression, whatever its type.
 
         Raises:
@@ -120,7 +120,7 @@ class Typing:
         return settled(term)
 
     def binders(
-        self, declarations: Sequence[s.Declare], scope: Scope, place: Place
+        self, declarations: Sequence[s.Declare], scope: Scope, place: PredicatePlace
     ) -> tuple[tuple[Binder, ...], Scope]:
         """The bound variables that declarations introduce, and the scope inside.
 
@@ -143,7 +143,7 @@ class Typing:
                 inner.add(name.name, VariableEntry(variable, name.span))
         return tuple(found), inner
 
-    def local(self, scope: Scope, name: s.Declared, value: s.Term, place: Place) -> Scope:
+    def local(self, scope: Scope, name: s.Declared, value: s.Term, place: PredicatePlace) -> Scope:
         """The scope in which a name stands for a value.
 
         Raises:
@@ -158,7 +158,7 @@ class Typing:
 
     # --- predicates -------------------------------------------------------------------------------------------
 
-    def _predicate(self, node: s.Term, scope: Scope, place: Place) -> Term:
+    def _predicate(self, node: s.Term, scope: Scope, place: PredicatePlace) -> Term:
         term = self._term(node, scope, place)
         if is_schema(term):
             return self.schemas.predicate(self.schemas.needed(node, scope), scope, place, node.span)
@@ -166,7 +166,7 @@ class Typing:
             raise Wrong(messages.no_predicate(str(term.type), node.span))
         return term
 
-    def _chain(self, node: s.Chain, scope: Scope, place: Place) -> Term:
+    def _chain(self, node: s.Chain, scope: Scope, place: PredicatePlace) -> Term:
         operands = [self._term(operand, scope, place) for operand in node.operands]
         links = []
         for i, relation in enumerate(node.relations):
@@ -219,7 +219,7 @@ class Typing:
 
     # --- all terms --------------------------------------------------------------------------------------------
 
-    def _term(self, node: s.Term, scope: Scope, place: Place) -> Term:
+    def _term(self, node: s.Term, scope: Scope, place: PredicatePlace) -> Term:
         match node:
             case s.Grouped():
                 return self._term(node.inner, scope, place)
@@ -268,11 +268,11 @@ class Typing:
                 return self._term(node.body, inner, place)
         raise TypeError(f"not a term: {node!r}")
 
-    def _set(self, node: s.Term, scope: Scope, place: Place) -> Term:
+    def _set(self, node: s.Term, scope: Scope, place: PredicatePlace) -> Term:
         return as_set(self._term(node, scope, place), node.span)
 
     def _bound(
-        self, declarations: Sequence[s.Declare], scope: Scope, place: Place
+        self, declarations: Sequence[s.Declare], scope: Scope, place: PredicatePlace
     ) -> tuple[tuple[Binder, ...], Scope, Term | None]:
         """The variables of a quantifier or comprehension, the scope inside, and what schemas among them say."""
         if all(declaration.names for declaration in declarations):
@@ -292,7 +292,7 @@ class Typing:
         entry = scope.find(node.name)
         return self._instance(node, entry, scope) if isinstance(entry, GenericEntry) else None
 
-    def _reference(self, node: s.Reference, scope: Scope, place: Place) -> Term:
+    def _reference(self, node: s.Reference, scope: Scope, place: PredicatePlace) -> Term:
         if node.decoration:
             # A component of a schema has its decoration in its name.
             component = scope.find(node.name + node.decoration)
@@ -338,7 +338,7 @@ class Typing:
             raise Wrong(messages.function_without_argument(node.name, node.span))
         raise Wrong(messages.unknown_name(node.name, node.span, suggestions(node.name, [*scope.names(), *FUNCTIONS])))
 
-    def _parameter(self, node: s.Reference, scope: Scope, place: Place) -> Term:
+    def _parameter(self, node: s.Reference, scope: Scope, place: PredicatePlace) -> Term:
         written = node.name + node.decoration
         if place in ("initial", "invariant", "axiom", "record", "retrieve"):
             raise Wrong(messages.parameter_out_of_place(written, place, node.span))
@@ -358,7 +358,7 @@ class Typing:
             raise Wrong(messages.output_in_guard(written, node.span))
         return Variable(type=entry.type, name=entry.name, role=kind, span=node.span)
 
-    def _primed(self, node: s.Reference, entry: object, scope: Scope, place: Place) -> Term:
+    def _primed(self, node: s.Reference, entry: object, scope: Scope, place: PredicatePlace) -> Term:
         written = node.name + "'"
         if isinstance(entry, FailedEntry):
             raise Wrong(entry.diagnostic)
@@ -390,7 +390,7 @@ class Typing:
 
     # --- operators --------------------------------------------------------------------------------------------
 
-    def _operator(self, node: s.Operator, scope: Scope, place: Place) -> Term:
+    def _operator(self, node: s.Operator, scope: Scope, place: PredicatePlace) -> Term:
         name, span = node.name, node.span
         if name in ("and", "or"):
             operands = [self._predicate(operand, scope, place) for operand in row(node, name)]
@@ -410,7 +410,7 @@ class Typing:
             raise Wrong(messages.no_operator_here(name, span))
         return rule(name, operands, span)
 
-    def _operand(self, node: s.Term, scope: Scope, place: Place) -> Term:
+    def _operand(self, node: s.Term, scope: Scope, place: PredicatePlace) -> Term:
         """An operand of an operator of the toolkit, where a constructor is a function."""
         entry = constructor(node, scope)
         if entry is None or entry.carrier is None:
@@ -419,7 +419,7 @@ class Typing:
 
     # --- application ------------------------------------------------------------------------------------------
 
-    def _application(self, node: s.Application, scope: Scope, place: Place) -> Term:
+    def _application(self, node: s.Application, scope: Scope, place: PredicatePlace) -> Term:
         function = node.function
         while isinstance(function, s.Grouped):
             function = function.inner
@@ -459,7 +459,7 @@ class Typing:
                 raise Wrong(messages.not_applicable(str(applied.type), node.function.span))
         return Apply(type=range_, operator="apply", operands=(applied, argument), span=node.span)
 
-    def _selection(self, node: s.Selection, scope: Scope, place: Place) -> Term:
+    def _selection(self, node: s.Selection, scope: Scope, place: PredicatePlace) -> Term:
         qualified = self._qualified(node, scope)
         if qualified is not None:
             return qualified
@@ -486,7 +486,7 @@ class Typing:
         names = [name for name, _ in record.type.fields]
         raise Wrong(messages.no_such_field(node.field, record.type.name, node.span, suggestions(node.field, names)))
 
-    def object(self, node: s.Term, scope: Scope, place: Place) -> tuple[ObjectEntry, Term | None] | None:
+    def object(self, node: s.Term, scope: Scope, place: PredicatePlace) -> tuple[ObjectEntry, Term | None] | None:
         """The object that a term names, with its identity if it is one of a family; None if it names none.
 
         Raises:
@@ -503,7 +503,9 @@ class Typing:
             return entry, None
         return entry, coerced(self._term(index, scope, place), entry.binder.type, node.span)
 
-    def _attribute(self, node: s.Selection, entry: ObjectEntry, index: Term | None, scope: Scope, place: Place) -> Term:
+    def _attribute(
+        self, node: s.Selection, entry: ObjectEntry, index: Term | None, scope: Scope, place: PredicatePlace
+    ) -> Term:
         """``a.x``, ``a.INIT``, where a is an object."""
         if node.field in ("INIT", "Init", "init"):
             said = core.conjunction(entry.initial, node.span)
@@ -533,7 +535,7 @@ class Typing:
 
     # --- displays and comprehensions --------------------------------------------------------------------------
 
-    def _display(self, node: s.Display, scope: Scope, place: Place) -> Term:
+    def _display(self, node: s.Display, scope: Scope, place: PredicatePlace) -> Term:
         items = [self._term(item, scope, place) for item in node.items]
         if node.kind == "tuple":
             made: Type = TupleType(tuple([item.type for item in items]))
@@ -554,7 +556,7 @@ class Typing:
         made = form(element)
         return Apply(type=made, operator=operator, operands=fitted, span=node.span)
 
-    def _record(self, node: s.BindingDisplay, scope: Scope, place: Place) -> Term:
+    def _record(self, node: s.BindingDisplay, scope: Scope, place: PredicatePlace) -> Term:
         given = {name.name: self._term(value, scope, place) for name, value in node.fields}
         fitting = [r for r in self._records.values() if {f.name for f in r.fields} == set(given)]
         for definition in fitting:
@@ -566,7 +568,7 @@ class Typing:
             return core.Record(type=type_, values=values, span=node.span)
         raise Wrong(messages.no_such_record(list(given), [r.name for r in self._records.values()], node.span))
 
-    def _comprehension(self, node: s.Binding, scope: Scope, place: Place) -> Term:
+    def _comprehension(self, node: s.Binding, scope: Scope, place: PredicatePlace) -> Term:
         binders, inner, included = self._bound(node.declarations, scope, place)
         condition = TRUE if node.condition is None else self._predicate(node.condition, inner, place)
         condition = condition if included is None else core.conjunction((included, condition), node.span)

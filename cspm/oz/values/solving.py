@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 Emit: TypeAlias = Callable[[Frame], bool]
 """Told of each solution, which the frame holds; True ends the search."""
-Step: TypeAlias = Callable[[Frame, Emit], bool]
+SolvingStep: TypeAlias = Callable[[Frame, Emit], bool]
 
 MOST_BRANCHES: Final = 2_000
 """A plan is taken apart into so many branches; what is compound beyond that is tested, not taken apart."""
@@ -73,7 +73,7 @@ class Solver:
         bounded: whether there is a finite way to all solutions.
     """
 
-    run: Step
+    run: SolvingStep
     sampled: tuple[tuple[Unknown, tuple[FiniteReading, ...]], ...]
     bounded: bool
 
@@ -112,7 +112,7 @@ class _Planner:
             found = self._free[id(term)] = (term, free_variables(term))
         return found[1]
 
-    def plan(self, pending: tuple[Term, ...], unknowns: tuple[Unknown, ...]) -> Step:
+    def plan(self, pending: tuple[Term, ...], unknowns: tuple[Unknown, ...]) -> SolvingStep:
         keys = frozenset(unknown.key for unknown in unknowns)
         tests = [term for term in pending if self.free(term).isdisjoint(keys)]
         if tests:
@@ -137,7 +137,7 @@ class _Planner:
 
     # --- tests and equations -------------------------------------------------------------------------------------
 
-    def _filtered(self, tests: list[Term], rest: tuple[Term, ...], unknowns: tuple[Unknown, ...]) -> Step:
+    def _filtered(self, tests: list[Term], rest: tuple[Term, ...], unknowns: tuple[Unknown, ...]) -> SolvingStep:
         codes = [self.evaluator.predicate(test, self.scope) for test in tests]
         then = self.plan(rest, unknowns)
 
@@ -179,14 +179,16 @@ class _Planner:
 
         return test_all
 
-    def _assigned(self, key: Name, value: Term, pending: tuple[Term, ...], unknowns: tuple[Unknown, ...]) -> Step:
+    def _assigned(
+        self, key: Name, value: Term, pending: tuple[Term, ...], unknowns: tuple[Unknown, ...]
+    ) -> SolvingStep:
         unknown = next(u for u in unknowns if u.key == key)
         others = tuple([u for u in unknowns if u is not unknown])
         inside, pending = self._carrier_test(unknown, pending, others)
         code = self.evaluator.code(value, self.scope)
         slot = self.scope.slot(*key)
         then = self.plan(pending, others)
-        without: list[Step] = []
+        without: list[SolvingStep] = []
 
         def undecided(frame: Frame) -> bool:
             """Whether the equation matters: with some value of the variable, all else could be satisfied."""
@@ -229,7 +231,7 @@ class _Planner:
 
     def _branches(
         self, term: Term, others: tuple[Term, ...], unknowns: tuple[Unknown, ...], keys: frozenset[Name]
-    ) -> Step | None:
+    ) -> SolvingStep | None:
         if self._branched >= MOST_BRANCHES or not _has_equation(term, keys):
             return None
         self._branched += 1
@@ -252,7 +254,7 @@ class _Planner:
 
     # --- one value after the other -------------------------------------------------------------------------------
 
-    def _tried(self, pending: tuple[Term, ...], unknowns: tuple[Unknown, ...], keys: frozenset[Name]) -> Step:
+    def _tried(self, pending: tuple[Term, ...], unknowns: tuple[Unknown, ...], keys: frozenset[Name]) -> SolvingStep:
         ways = [self._way(unknown, pending, keys) for unknown in unknowns]
 
         def cost(i: int) -> tuple[int, int, int]:
@@ -272,7 +274,7 @@ class _Planner:
             self.bounded = False
         return self._each(unknown, way.enumeration, inside, self.plan(pending, others))
 
-    def _each(self, unknown: Unknown, way: Enumeration, inside: Member | None, then: Step) -> Step:
+    def _each(self, unknown: Unknown, way: Enumeration, inside: Member | None, then: SolvingStep) -> SolvingStep:
         slot = self.scope.slot(*unknown.key)
         code = way.code
         evaluator = self.evaluator
@@ -370,7 +372,7 @@ def _stop(frame: Frame) -> bool:
     return True
 
 
-def _first(steps: Sequence[Step], frame: Frame, emit: Emit) -> bool:
+def _first(steps: Sequence[SolvingStep], frame: Frame, emit: Emit) -> bool:
     return any(step(frame, emit) for step in steps)
 
 

@@ -13,7 +13,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from cspcheck.cspm.oz import syntax as z
-from cspcheck.cspm.oz.writing.printer_terms import ANYWHERE, Place, Terms, bracketed, enclosed, names
+from cspcheck.cspm.oz.writing.printer_terms import ANYWHERE, TermPlace, Terms, bracketed, enclosed, names
 from cspcheck.cspm.printing.brackets import ANYWHERE as EVERYWHERE
 from cspcheck.cspm.printing.layout import HARD, LINE, WIDTH, Doc, cat, group, join, lay_out, nest, width
 from cspcheck.cspm.recursion import deep_recursion
@@ -83,7 +83,7 @@ class Paragraphs(Terms):
             case z.Schema():
                 return self._schema(node)
             case z.Reading():
-                subject = self.term(node.subject, Place(7, "="))
+                subject = self.term(node.subject, TermPlace(7, "="))
                 return cat("reading ", subject, " = ", self.term(node.carrier))
             case z.View():
                 return f"view {node.kind}"
@@ -245,13 +245,13 @@ class Paragraphs(Terms):
 
     def _in_brackets(self, node: z.OperationSchema | z.OperationText) -> Doc:
         delta = self._delta(node)
-        last = Place(follow="|" if node.predicates else "")
+        last = TermPlace(follow="|" if node.predicates else "")
         declarations = [
-            self.declare(declaration, last if declaration is node.declarations[-1] else Place(follow=";"))
+            self.declare(declaration, last if declaration is node.declarations[-1] else TermPlace(follow=";"))
             for declaration in node.declarations
         ]
         predicates = [
-            self.term(predicate, ANYWHERE if predicate is node.predicates[-1] else Place(follow=";"))
+            self.term(predicate, ANYWHERE if predicate is node.predicates[-1] else TermPlace(follow=";"))
             for predicate in node.predicates
         ]
         parts: list[Doc] = [join(cat(";", LINE), [*delta, *declarations])]
@@ -283,10 +283,10 @@ class Paragraphs(Terms):
                 return cat(self.operations(node.term, 9), enclosed("[", list(renamings), "]"))
             case z.Distributed():
                 head = cat(self.sign(*_OPERATION_SIGNS[node.kind]), " ")
-                last = Place(follow="@" if node.condition is None else "|")
+                last = TermPlace(follow="@" if node.condition is None else "|")
                 parts: list[Doc] = [head, self.bound(node.declarations, last)]
                 if node.condition is not None:
-                    parts += [" | ", self.term(node.condition, Place(follow="@"))]
+                    parts += [" | ", self.term(node.condition, TermPlace(follow="@"))]
                 parts += [" ", self.sign("@", "•"), LINE, self.operations(node.body, 0)]
                 return bracketed(cat(*parts)) if least else cat(*parts)
         return self.term(node)

@@ -42,7 +42,7 @@ _WORD_NAMES: Final = frozenset(word for word in PREFIX if word.isalnum())
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class TermPlace:
     """Where a term is printed: see the module.
 
     ``follow`` is the kind of the sign behind it, empty for none; ``behind`` tells that it stands directly behind an
@@ -55,7 +55,7 @@ class Place:
     behind: bool = False
 
 
-ANYWHERE: Final = Place()
+ANYWHERE: Final = TermPlace()
 
 
 class Terms:
@@ -89,7 +89,7 @@ class Terms:
         """A sign in the notation that is asked for."""
         return symbol if self.symbols else ascii_sign
 
-    def term(self, node: z.Term, place: Place = ANYWHERE) -> Doc:
+    def term(self, node: z.Term, place: TermPlace = ANYWHERE) -> Doc:
         """The document of a term."""
         match node:
             case z.Reference():
@@ -107,7 +107,7 @@ class Terms:
             case z.Application():
                 return self._application(node, place)
             case z.Selection():
-                record = self.term(node.record, Place(_BEFORE_SIGN, behind=place.behind))
+                record = self.term(node.record, TermPlace(_BEFORE_SIGN, behind=place.behind))
                 if isinstance(node.record, z.Number) and node.field.isdigit():
                     record = bracketed(record)
                 return cat(record, f".{node.field}{node.decoration}")
@@ -130,13 +130,13 @@ class Terms:
                 return self._schema_text(node)
             case z.Renamed():
                 renamings = [f"{new.name}{new.decoration}/{old.name}{old.decoration}" for new, old in node.renamings]
-                inner = self.term(node.term, Place(_BEFORE_SIGN, behind=place.behind))
+                inner = self.term(node.term, TermPlace(_BEFORE_SIGN, behind=place.behind))
                 return cat(inner, enclosed("[", list(renamings), "]"))
         raise AssertionError(node)
 
     # --- operands --------------------------------------------------------------------------------------------
 
-    def _reference(self, node: z.Reference, place: Place) -> Doc:
+    def _reference(self, node: z.Reference, place: TermPlace) -> Doc:
         name = node.name
         if self.symbols and name in NUMBER_SETS and not node.decoration:
             name = NUMBER_SETS[name][0]
@@ -148,7 +148,7 @@ class Terms:
         applies = place.least in (APPLICATION, POSTFIX, _ARGUMENT) or place.follow == "<"
         return cat("(", doc, ")") if is_word and applies else doc
 
-    def _display(self, node: z.Display, place: Place) -> Doc:
+    def _display(self, node: z.Display, place: TermPlace) -> Doc:
         match node.kind:
             case "tuple":
                 return enclosed("(", [self.term(item) for item in node.items], ")")
@@ -156,7 +156,7 @@ class Terms:
                 return self._set(node)
             case "sequence":
                 opening, closing = ("⟨", "⟩") if self.symbols or place.behind else ("<", ">")
-                return enclosed(opening, [self.term(item, Place(in_sequence=True)) for item in node.items], closing)
+                return enclosed(opening, [self.term(item, TermPlace(in_sequence=True)) for item in node.items], closing)
             case "bag":
                 opening, closing = ("⟦", "⟧") if self.symbols or place.behind else ("[[", "]]")
                 return enclosed(opening, [self.term(item) for item in node.items], closing)
@@ -176,14 +176,14 @@ class Terms:
 
     # --- operators -------------------------------------------------------------------------------------------
 
-    def _operator(self, node: z.Operator, place: Place) -> Doc:
+    def _operator(self, node: z.Operator, place: TermPlace) -> Doc:
         if node.name == "image":
-            relation = self.term(node.operands[0], Place(POSTFIX, behind=place.behind))
+            relation = self.term(node.operands[0], TermPlace(POSTFIX, behind=place.behind))
             return group(relation, "(| ", nest(self.term(node.operands[1])), " |)")
         if len(node.operands) == 1:
             postfix = BY_NAME.get((node.name, "postfix"))
             if postfix is not None:
-                operand = self.term(node.operands[0], Place(_BEFORE_SIGN, behind=place.behind))
+                operand = self.term(node.operands[0], TermPlace(_BEFORE_SIGN, behind=place.behind))
                 return cat(operand, self.written(postfix))
             return self._prefix(BY_NAME[node.name, "prefix"], node.operands[0], place)
         spelling = BY_NAME[node.name, "infix"]
@@ -191,7 +191,7 @@ class Terms:
             return self._row(node, node.operands, [spelling] * (len(node.operands) - 1), spelling.precedence, place)
         return self._infix(node, spelling, place)
 
-    def _prefix(self, spelling: Spelling, operand: z.Term, place: Place) -> Doc:
+    def _prefix(self, spelling: Spelling, operand: z.Term, place: TermPlace) -> Doc:
         least = spelling.precedence + (spelling.precedence == RELATION)
         brackets = place.least >= APPLICATION or precedence_of(place.follow) >= least
         inside = ANYWHERE if brackets else place
@@ -206,7 +206,7 @@ class Terms:
         doc = cat(word, " " if word[0].isalpha() or clash else "", doc)
         return bracketed(doc) if brackets else doc
 
-    def _infix(self, node: z.Operator, spelling: Spelling, place: Place) -> Doc:
+    def _infix(self, node: z.Operator, spelling: Spelling, place: TermPlace) -> Doc:
         """An operator that associates, with all the operands that its side of association shares."""
         level = spelling.precedence
         brackets = level < place.least or (place.in_sequence and spelling.text[0].startswith(">"))
@@ -230,12 +230,12 @@ class Terms:
         doc = self._joined(operands, spellings, inside, level, at_end=None if left_first else level)
         return bracketed(doc) if brackets else doc
 
-    def _chain(self, node: z.Chain, place: Place) -> Doc:
+    def _chain(self, node: z.Chain, place: TermPlace) -> Doc:
         spellings = [BY_NAME[relation, "relation"] for relation in node.relations]
         return self._row(node, node.operands, spellings, RELATION, place)
 
     def _row(
-        self, node: z.Term, operands: Sequence[z.Term], spellings: Sequence[Spelling], level: int, place: Place
+        self, node: z.Term, operands: Sequence[z.Term], spellings: Sequence[Spelling], level: int, place: TermPlace
     ) -> Doc:
         """Operands none of which may have an operator of the same level."""
         closes = place.in_sequence and any(spelling.text[0].startswith(">") for spelling in spellings)
@@ -247,7 +247,7 @@ class Terms:
         self,
         operands: Sequence[z.Term],
         spellings: Sequence[Spelling],
-        place: Place,
+        place: TermPlace,
         first: int,
         at_end: int | None,
     ) -> Doc:
@@ -286,9 +286,9 @@ class Terms:
             return [" ", word, " "]
         return [" ", word, LINE]
 
-    def _application(self, node: z.Application, place: Place) -> Doc:
+    def _application(self, node: z.Application, place: TermPlace) -> Doc:
         if node.bracketed:
-            function = self.term(node.function, Place(POSTFIX, behind=place.behind))
+            function = self.term(node.function, TermPlace(POSTFIX, behind=place.behind))
             argument = node.argument
             if isinstance(argument, z.Display) and argument.kind == "tuple":
                 return cat(function, enclosed("(", [self.term(item) for item in argument.items], ")"))
@@ -296,23 +296,23 @@ class Terms:
         brackets = place.least > APPLICATION
         juxtaposed = isinstance(node.function, z.Application) and not node.function.bracketed
         number = isinstance(node.function, z.Number | z.Truth)
-        function = self.term(node.function, Place(APPLICATION if juxtaposed else POSTFIX))
+        function = self.term(node.function, TermPlace(APPLICATION if juxtaposed else POSTFIX))
         if number:
             function = cat("(", function, ")")
-        doc = cat(function, " ", self.term(node.argument, Place(_ARGUMENT, behind=True)))
+        doc = cat(function, " ", self.term(node.argument, TermPlace(_ARGUMENT, behind=True)))
         return bracketed(doc) if brackets else doc
 
     # --- what extends to the right ---------------------------------------------------------------------------
 
     def _schema_text(self, node: z.SchemaText) -> Doc:
-        last = Place(follow="|" if node.predicates else "")
+        last = TermPlace(follow="|" if node.predicates else "")
         parts = [self.bound(node.declarations, last)]
         if node.predicates:
-            predicates = [self.term(p, Place(follow=";")) for p in node.predicates]
+            predicates = [self.term(p, TermPlace(follow=";")) for p in node.predicates]
             parts += [" |", LINE, join(cat(";", LINE), predicates)]
         return group("[", nest(cat(*parts)), "]")
 
-    def bound(self, declarations: Sequence[z.Declare], place: Place) -> Doc:
+    def bound(self, declarations: Sequence[z.Declare], place: TermPlace) -> Doc:
         """Declarations of a binder; *place* says what is behind them."""
         last = len(declarations) - 1
         docs = [
@@ -321,7 +321,7 @@ class Terms:
         ]
         return join(cat(";", LINE), docs)
 
-    def declare(self, node: z.Declare, place: Place = ANYWHERE) -> Doc:
+    def declare(self, node: z.Declare, place: TermPlace = ANYWHERE) -> Doc:
         """``x, y : T``, or the schema that is included."""
         if not node.names:
             return self.term(node.carrier, place)
@@ -333,7 +333,7 @@ class Terms:
             sign = ":" if ":" in between else "in"
         return group(names, f" {sign} ", nest(self.term(node.carrier, place)))
 
-    def _parts(self, node: z.Binding | z.Quantified, place: Place) -> list[Doc]:
+    def _parts(self, node: z.Binding | z.Quantified, place: TermPlace) -> list[Doc]:
         """Declarations, condition and body with the signs between them; *place* is that of the end."""
         after = "|" if node.condition is not None else "@" if node.body is not None else place.follow
         place = replace(place, least=0)
@@ -348,7 +348,7 @@ class Terms:
     def _comprehension(self, node: z.Binding) -> Doc:
         return group("{", nest(cat(*self._parts(node, ANYWHERE))), "}")
 
-    def _binding(self, node: z.Binding, place: Place) -> Doc:
+    def _binding(self, node: z.Binding, place: TermPlace) -> Doc:
         captures = node.body is None and (
             place.follow == "@" or (node.condition is None and place.follow in ("|", ";"))
         )
@@ -360,12 +360,12 @@ class Terms:
     def _opened(self, word: str, parts: Iterable[Doc]) -> Doc:
         return group(BINDERS[word] if self.symbols else word, " ", nest(cat(*parts)))
 
-    def _quantified(self, node: z.Quantified, place: Place) -> Doc:
+    def _quantified(self, node: z.Quantified, place: TermPlace) -> Doc:
         brackets = _needs_end(place)
         doc = self._opened(node.kind, self._parts(node, ANYWHERE if brackets else place))
         return bracketed(doc) if brackets else doc
 
-    def _conditional(self, node: z.Conditional, place: Place) -> Doc:
+    def _conditional(self, node: z.Conditional, place: TermPlace) -> Doc:
         brackets = _needs_end(place)
         inside = replace(ANYWHERE if brackets else place, least=0)
         test = self.term(node.test, replace(inside, follow="then"))
@@ -377,7 +377,7 @@ class Terms:
         doc = group("if ", nest(test), nest(branches), broken=broken)
         return bracketed(doc) if brackets else doc
 
-    def _local(self, node: z.Local, place: Place) -> Doc:
+    def _local(self, node: z.Local, place: TermPlace) -> Doc:
         brackets = _needs_end(place)
         inside = replace(ANYWHERE if brackets else place, least=0)
         last = len(node.definitions) - 1
@@ -391,7 +391,7 @@ class Terms:
         return bracketed(doc) if brackets else doc
 
 
-def _needs_end(place: Place) -> bool:
+def _needs_end(place: TermPlace) -> bool:
     """Whether what extends to the right needs brackets to end."""
     return place.least >= APPLICATION or precedence_of(place.follow) >= IFF
 
@@ -407,7 +407,7 @@ def _infix_level(node: z.Operator) -> int:
     return -1 if spelling is None else spelling.precedence
 
 
-def _number(node: z.Number, place: Place) -> Doc:
+def _number(node: z.Number, place: TermPlace) -> Doc:
     value = node.value
     text = str(value) if isinstance(value, int) else decimal(value)
     return bracketed(text) if value < 0 and place.least > PREFIX_LEVEL else text

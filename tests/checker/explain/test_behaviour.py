@@ -15,7 +15,7 @@ from cspcheck.checker.explain.replay import ReplayFailure
 from cspcheck.checker.network.compiler import compile_network
 from cspcheck.checker.packing.packed import PackedNetwork, pack
 from cspcheck.checker.search.exploration import explore
-from cspcheck.checker.search.paths import Step, shortest_path, tau_loop
+from cspcheck.checker.search.paths import PathStep, shortest_path, tau_loop
 from cspcheck.checker.verdict import Counterexample, Limits
 from cspcheck.cspm.process.events import TAU, EventSet, EventTable, FieldDomain
 from cspcheck.cspm.process.terms import DIV, SKIP, STOP, Definition, Prefix, Process, Reference
@@ -141,7 +141,7 @@ def named(name: str, body: Callable[[], Process]) -> Reference:
     return reference(name, body)
 
 
-def first_deadlock(packed: PackedNetwork) -> tuple[Step, ...]:
+def first_deadlock(packed: PackedNetwork) -> tuple[PathStep, ...]:
     exploration = explore(packed)
     assert exploration.deadlock_level is not None
     return shortest_path(exploration, exploration.deadlocked(exploration.deadlock_level))

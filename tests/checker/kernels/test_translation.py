@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cspcheck.checker.kernels import machine_code, translation
+from cspcheck.checker.kernels import machine_code, translated_types, translation
 
 EXAMPLES = int(os.environ.get("CSPCHECK_EXAMPLES", "8"))
 SEED = int(os.environ.get("CSPCHECK_SEED", "1"))
@@ -218,7 +218,7 @@ def refused(text: str, folder: Path) -> str:
     """Why a kernel with a body is not translated."""
     kernel = "def kernel(a: int, words: Int64Array) -> int:\n    " + text.replace("\n", "\n    ")
     module = module_of(PREAMBLE + kernel + "\nKERNELS = (kernel,)\n", folder, "refused")
-    with pytest.raises(translation.Untranslatable) as caught:
+    with pytest.raises(translated_types.Untranslatable) as caught:
         translation.translated([module], {"kernel": ()})
     return str(caught.value).split(": ", 1)[1]
 
@@ -250,5 +250,5 @@ def test_entries_are_kernels() -> None:
 
     kernels: dict[str, Callable[..., Any]] = {f.__name__: f for module in jit.MODULES for f in module.KERNELS}
     for name, copies in jit.ENTRIES.items():
-        known = {parameter for parameter, _ in translation.parameters(kernels[name])}  # type: ignore[arg-type]
+        known = {parameter for parameter, _ in translated_types.parameters(kernels[name])}  # type: ignore[arg-type]
         assert all(set(copy) <= known for copy in copies)

@@ -22,7 +22,7 @@ from cspcheck.checker.search.cluster import Cluster
 from cspcheck.checker.search.exploration import explore
 from cspcheck.checker.search.pair_search import explore_pairs
 from cspcheck.checker.search.paths import shortest_path
-from cspcheck.checker.specification.normal_form import Semantics
+from cspcheck.checker.specification.normal_form import NormalModel
 from cspcheck.checker.verdict import Limits, Outcome, Verdict
 from cspcheck.cspm.script import load
 from cspcheck.cspm.source import Source
@@ -66,7 +66,7 @@ def test_a_machine(network: Network, ranks: int, deadlock: bool, divergence: boo
     own=st.booleans(),
     ranks=st.integers(1, 3),
 )
-def test_pairs(network: Network, rows: explicit.Rows, model: Semantics, own: bool, ranks: int) -> None:
+def test_pairs(network: Network, rows: explicit.Rows, model: NormalModel, own: bool, ranks: int) -> None:
     packed, normal_form = pack(network), specification(network, rows, model, own)
     expected = explore_pairs(packed, normal_form, model, compiled=False)
     found = with_ranks(ranks, lambda others: explore_pairs(packed, normal_form, model, compiled=False, beyond=others))

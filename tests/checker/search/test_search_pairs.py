@@ -13,7 +13,7 @@ from cspcheck.checker.network.network import Network
 from cspcheck.checker.packing.packed import pack
 from cspcheck.checker.search.exploration import explore
 from cspcheck.checker.search.pair_search import PairExploration, explore_pairs
-from cspcheck.checker.specification.normal_form import NormalForm, Semantics
+from cspcheck.checker.specification.normal_form import NormalForm, NormalModel
 from cspcheck.checker.specification.normalisation import Normaliser, normalise
 from cspcheck.cspm.process.events import TAU, TICK
 from tests.checker import explicit
@@ -22,13 +22,13 @@ from tests.checker.networks import Explorer, State, networks, small_buffers
 Pair = tuple[int, State]
 Found = tuple[Pair, str, int]
 
-MODELS: list[Semantics] = ["T", "F", "FD"]
+MODELS: list[NormalModel] = ["T", "F", "FD"]
 
 
 class PairExplorer:
     """The reachable pairs of a node and a state, their transitions and what they violate, by definition."""
 
-    def __init__(self, network: Network, normal_form: NormalForm, model: Semantics) -> None:
+    def __init__(self, network: Network, normal_form: NormalForm, model: NormalModel) -> None:
         self.states = Explorer(network)
         self.normal_form = normal_form
         self.model = model
@@ -105,7 +105,7 @@ questions = given(
 )
 
 
-def specification(network: Network, rows: explicit.Rows, model: Semantics, own: bool) -> NormalForm:
+def specification(network: Network, rows: explicit.Rows, model: NormalModel, own: bool) -> NormalForm:
     """A normal form that has something to do with the network: of a random machine, or of the network itself."""
     if own:
         return normalise(explore(pack(network), compiled=False).to_lts(), model)
@@ -116,7 +116,7 @@ def specification(network: Network, rows: explicit.Rows, model: Semantics, own: 
 @checked
 @questions
 def test_it_finds_the_first_level_with_violations_and_all_of_those(
-    workers: int, compiled: bool, network: Network, rows: explicit.Rows, model: Semantics, own: bool
+    workers: int, compiled: bool, network: Network, rows: explicit.Rows, model: NormalModel, own: bool
 ) -> None:
     normal_form = specification(network, rows, model, own)
     expected = PairExplorer(network, normal_form, model)
@@ -142,7 +142,7 @@ def test_it_finds_the_first_level_with_violations_and_all_of_those(
 @checked
 @questions
 def test_a_full_search_explores_everything_that_is_allowed(
-    workers: int, compiled: bool, network: Network, rows: explicit.Rows, model: Semantics, own: bool
+    workers: int, compiled: bool, network: Network, rows: explicit.Rows, model: NormalModel, own: bool
 ) -> None:
     normal_form = specification(network, rows, model, own)
     expected = PairExplorer(network, normal_form, model)
@@ -160,7 +160,7 @@ def test_a_full_search_explores_everything_that_is_allowed(
 @checked
 @given(network=implementations, rows=explicit.machines(states=4), model=st.sampled_from(MODELS))
 def test_a_lazy_normal_form_gives_what_the_complete_one_gives(
-    network: Network, rows: explicit.Rows, model: Semantics
+    network: Network, rows: explicit.Rows, model: NormalModel
 ) -> None:
     packed = pack(network)
     complete = explore_pairs(packed, normalise(explicit.lts(rows), model, minimise=False), model, compiled=False)
@@ -174,7 +174,7 @@ def test_a_lazy_normal_form_gives_what_the_complete_one_gives(
 @checked
 @given(network=implementations, rows=explicit.machines(states=4), model=st.sampled_from(MODELS))
 def test_successors_of_a_pair_say_what_the_specification_does(
-    network: Network, rows: explicit.Rows, model: Semantics
+    network: Network, rows: explicit.Rows, model: NormalModel
 ) -> None:
     normal_form = normalise(explicit.lts(rows), model)
     found = explore_pairs(pack(network), normal_form, model, full=True, compiled=False)

@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, assume, given, settings, strategies as st
 from cspcheck.checker.network.network import Network
 from cspcheck.checker.packing.packed import PackedNetwork, pack
 from cspcheck.checker.search.exploration import Exploration, explore
-from cspcheck.checker.search.paths import Step, shortest_path, tau_loop
+from cspcheck.checker.search.paths import PathStep, shortest_path, tau_loop
 from cspcheck.cspm.process.events import TAU
 from tests.checker.networks import Explorer, State, networks, small_buffers
 from tests.checker.vehicle import cycle, synchronised
@@ -101,7 +101,7 @@ class Paths:
         return ahead
 
 
-def keys(network: Network, path: tuple[Step, ...]) -> list[Key]:
+def keys(network: Network, path: tuple[PathStep, ...]) -> list[Key]:
     return [(step.event, network.rules[step.rule].cause, step.state, step.rule) for step in path]
 
 

@@ -19,7 +19,7 @@ from cspcheck.checker.search.exploration import Exploration, explore
 from cspcheck.checker.search.pair_search import explore_pairs
 from cspcheck.checker.search.paths import shortest_path, tau_loop
 from cspcheck.checker.search.spill import Spill
-from cspcheck.checker.specification.normal_form import Semantics
+from cspcheck.checker.specification.normal_form import NormalModel
 from cspcheck.checker.verdict import Limits, Outcome, Verdict
 from cspcheck.cspm.script import load
 from cspcheck.cspm.source import Source
@@ -101,7 +101,7 @@ def test_of_a_machine(
     full=st.booleans(),
 )
 def test_of_pairs(
-    tmp_path: Path, network: Network, rows: explicit.Rows, model: Semantics, own: bool, most: int, full: bool
+    tmp_path: Path, network: Network, rows: explicit.Rows, model: NormalModel, own: bool, most: int, full: bool
 ) -> None:
     packed, normal_form = pack(network), specification(network, rows, model, own)
     expected = explore_pairs(packed, normal_form, model, full=full, compiled=False)

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -105,14 +106,19 @@ def test_as_a_user_sees_it(folder: Path) -> None:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        # Who was started in the background ignores the signal, and so would this.
+        preexec_fn=partial(signal.signal, signal.SIGINT, signal.SIG_DFL),
     ) as program:
-        assert program.stdout is not None
-        assert program.stderr is not None
-        assert program.stdout.readline() == "x.csp:3: pass: P :[deadlock free]\n"
-        assert "watching 1 file; Ctrl-C ends" in program.stderr.readline()
-        write("x.csp", BAD)
-        assert program.stdout.readline().startswith("x.csp:3: fail: ")
-        assert "watching" in program.stderr.readline()
-        program.send_signal(signal.SIGINT)
-        assert program.wait(60) == 1
-        assert program.stderr.read() == ""
+        try:
+            assert program.stdout is not None
+            assert program.stderr is not None
+            assert program.stdout.readline() == "x.csp:3: pass: P :[deadlock free]\n"
+            assert "watching 1 file; Ctrl-C ends" in program.stderr.readline()
+            write("x.csp", BAD)
+            assert program.stdout.readline().startswith("x.csp:3: fail: ")
+            assert "watching" in program.stderr.readline()
+            program.send_signal(signal.SIGINT)
+            assert program.wait(60) == 1
+            assert program.stderr.read() == ""
+        finally:
+            program.kill()

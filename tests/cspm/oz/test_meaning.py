@@ -15,7 +15,7 @@ from cspcheck.checker.proof.answer import specification_of
 from cspcheck.checker.semantics.transitions import explore
 from cspcheck.checker.verdict import Limits, Verdict
 from cspcheck.cspm.diagnostics import ScriptError
-from cspcheck.cspm.notation import Semantics
+from cspcheck.cspm.notation import ClassReading
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.process import terms as process
 from cspcheck.cspm.process.terms import Definition, Process, Reference
@@ -25,7 +25,7 @@ from tests.cspm.oz.naive import interpret
 
 
 def script(text: str, **semantics: Any) -> Script:
-    return load(Source("classes.csp", text), semantics=Semantics(**semantics))
+    return load(Source("classes.csp", text), semantics=ClassReading(**semantics))
 
 
 def outcome(text: str, assertion: str, **semantics: Any) -> tuple[str, str | None]:

@@ -9,7 +9,7 @@ from hypothesis import event, given, settings, strategies as st
 
 from cspcheck.checker.semantics.transitions import explore
 from cspcheck.cspm.diagnostics import ScriptError
-from cspcheck.cspm.notation import Semantics
+from cspcheck.cspm.notation import ClassReading
 from cspcheck.cspm.script import Script, load
 from cspcheck.cspm.source import Source
 from cspcheck.exporting import plain_text
@@ -44,7 +44,7 @@ def bisimilar(one: tuple[Machine, int], other: tuple[Machine, int]) -> bool:
 
 
 def written(text: str, **semantics: str) -> tuple[Script, Script, str]:
-    chosen = Semantics(**semantics)  # type: ignore[arg-type]
+    chosen = ClassReading(**semantics)  # type: ignore[arg-type]
     plain = plain_text(load(Source("classes.csp", text), semantics=chosen)).text
     return load(Source("classes.csp", text), semantics=chosen), load(Source("plain.csp", plain)), plain
 

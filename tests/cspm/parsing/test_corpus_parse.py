@@ -97,5 +97,5 @@ def test_every_mistake_of_form_is_made_by_a_script() -> None:
     made = {code for path in FAILING for code, _ in expected(path.read_bytes().decode("utf-8", errors="replace"))}
     of_form = {code for code in MISTAKES if code < "CSP200"}
 
-    # What cannot be read, nests too deeply, or includes a hundred files is made by tests of its own; two are warnings.
-    assert of_form - made == {"CSP001", "CSP012", "CSP013", "CSP016", "CSP136"}
+    # What cannot be read, nests too deeply or includes a hundred files has tests of its own; three are warnings.
+    assert of_form - made == {"CSP001", "CSP012", "CSP013", "CSP016", "CSP017", "CSP136"}

@@ -77,6 +77,10 @@ def check_tree(source: Source, script: s.Script) -> None:
     printed = print_script(script)
     again = parse(Source(source.name, printed), include=unreadable)
     assert again == script
+    if any(remark.code == "CSP017" for remark in script.remarks):
+        with pytest.raises(ScriptError):
+            format_source(source)
+        return
     formatted = format_source(source)
     tidied = parse(Source(source.name, formatted), include=unreadable)
     assert tidied == script

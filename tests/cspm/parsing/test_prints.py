@@ -6,6 +6,7 @@ import pytest
 
 from cspcheck.checker.check import Checker
 from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.printing.formatter import format_source
 from cspcheck.cspm.script import load
 from cspcheck.cspm.source import Source
 
@@ -28,6 +29,13 @@ def test_other_mistakes_stay_errors(text: str) -> None:
         load(Source("p.csp", text))
 
     assert "CSP017" not in [d.code for d in error.value.diagnostics]
+
+
+def test_a_script_with_a_wrong_line_is_not_tidied() -> None:
+    with pytest.raises(ScriptError) as error:
+        format_source(Source("p.csp", "P=STOP\nprint (1\n"))
+
+    assert [d.code for d in error.value.diagnostics] == ["CSP017"]
 
 
 def test_what_goes_on_in_the_next_line_is_read_as_before() -> None:
