@@ -225,7 +225,7 @@ class TestLimits:
 
     def test_the_time_is_that_of_each_assertion(self, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
         (folder / "endless.csp").write_text(ENDLESS + "assert STOP [T= STOP\nassert P(1) :[deadlock free]\n")
-        code, found = document(capsys, "endless.csp", "--timeout", "500ms")
+        code, found = document(capsys, "endless.csp", "--timeout", "2s")
 
         assert code == 3
         assert [result["verdict"] for result in found["results"]] == ["unknown", "pass", "unknown"]
