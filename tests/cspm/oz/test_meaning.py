@@ -163,7 +163,7 @@ def _range(carrier: core.Term) -> range:
     return range(low, high + 1)
 
 
-@settings(max_examples=12)
+@settings(max_examples=4)
 @given(classes(), st.booleans())
 def test_the_process_of_a_class_is_that_of_its_definition(text: str, angelic: bool) -> None:
     loaded = script(text, outputs="angelic" if angelic else "demonic")
