@@ -83,6 +83,9 @@ def test_the_data_of_classes_is_held_to_contracts(tmp_path: Path) -> None:
     # A body that does something else is caught by its contract in the first round.
     body = tmp_path / "producer_data.adb"
     body.write_text(body.read_text().replace("myData => (Self.myData + 1)", "myData => Self.myData"))
+    # For gnatmake a file that is at most two seconds newer has not changed.
+    for old in (tmp_path / "desk" / "objects").glob("producer_data.*"):
+        old.unlink()
     built(tmp_path)
     code, said = run(tmp_path, 300)
     assert (code, said.splitlines()[0]) == (1, "task 0 has failed: ADA.ASSERTIONS.ASSERTION_ERROR")
