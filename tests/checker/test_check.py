@@ -361,5 +361,5 @@ def test_what_calls_itself_before_any_event_is_told(definition: str) -> None:
     text = f"channel a\nexternal prioritise, chase\ntransparent sbisim\n{definition}\n"
     loaded = load(Source("itself.csp", text + "assert P :[deadlock free]\nassert STOP [T= P\n"))
     for assertion in loaded.assertions:
-        with pytest.raises(ScriptError, match="CSP422|CSP501"):
+        with pytest.raises(ScriptError, match=r"CSP422|CSP501"):
             Checker(loaded).check(assertion.node)
