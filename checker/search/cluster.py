@@ -124,6 +124,7 @@ class SharedSearch:
         self.starts = [0]
         self._ranks = ranks
         self._job = job
+        self._limits = job.limits
         if checkpoint is None and job.checkpoint is not None:
             folder, name = job.checkpoint
             checkpoint = Checkpoint(Checkpoints.beside(folder), name)
@@ -152,11 +153,19 @@ class SharedSearch:
             self.peak_memory_bytes = max(self.peak_memory_bytes, self._bytes())
             self.seconds = time.monotonic() - self._started
         if not self.cancelled:
-            part = Part(self._kernels, self.packed, self.pairs, _Spread(self), self._initial())
-            divergences = self.divergence_level
-            if self.pairs is not None and divergences != self.violation_level:
-                divergences = None
-            self._walk = part.ways_to(len(self.levels) - 1, self.deadlock_level, divergences, self.violation_level)
+            # What ended the search does not end this.
+            self._said, self._limits = self._said & CANCELLED, Limits()
+            try:
+                self._walk = self._ways()
+            except _Ended:
+                assert self.cancelled
+
+    def _ways(self) -> Walk:
+        part = Part(self._kernels, self.packed, self.pairs, _Spread(self), self._initial())
+        divergences = self.divergence_level
+        if self.pairs is not None and divergences != self.violation_level:
+            divergences = None
+        return part.ways_to(len(self.levels) - 1, self.deadlock_level, divergences, self.violation_level)
 
     def walk(self) -> Walk:
         """The ways to what was found."""
@@ -221,7 +230,7 @@ class SharedSearch:
             # Somebody had no room for what came with the last batch.
             self._end("memory")
         self.known = known
-        limit = self._job.limits.states
+        limit = self._limits.states
         if limit is not None and known > limit:
             self._end("states")
         level = len(self.levels) - 1
@@ -280,7 +289,7 @@ class SharedSearch:
 
     def _words(self, more: bool) -> int:
         """What this process has to say with its batch."""
-        limits = self._job.limits
+        limits = self._limits
         said = self._said | (MORE if more else 0)
         if limits.seconds is not None and time.monotonic() - self._started > limits.seconds:
             said |= LATE
@@ -297,7 +306,7 @@ class SharedSearch:
 
     def _take_in(self, rows: Int64Array) -> None:
         count, place, visited = len(rows) // self.visited.stride, 0, self.visited
-        limit = self._job.limits.memory_bytes
+        limit = self._limits.memory_bytes
         while place < count:
             place = visited.insert(self._kernels, rows, place, count)
             if place < count:
