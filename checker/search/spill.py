@@ -375,16 +375,8 @@ class SpillSearch(LevelSearch):
         if self.store is None:
             return super().walk()
         self._is_over = True
-        if self.pairs is None:
-            initial = self.packed.initial
-        else:
-            initial = self.pairs.join(self.packed.initial.reshape(1, -1), np.array([self.pairs.root]))
         self.visited.clear(min(DIVIDED_BITS, self._most_bits))
-        part = Part(self._kernels, self.packed, self.pairs, _OnDisk(self), initial)
-        divergences = self.divergence_level
-        if self.pairs is not None and divergences != self.violation_level:
-            divergences = None
-        return part.ways_to(len(self.levels) - 1, self.deadlock_level, divergences, self.violation_level)
+        return Part(self._kernels, self, _OnDisk(self)).ways()
 
 
 class _OnDisk:
