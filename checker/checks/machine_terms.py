@@ -15,6 +15,7 @@ from typing import Literal
 from cspcheck.checker.budget import Budget, Incomplete
 from cspcheck.checker.lts import Lts, reachable
 from cspcheck.checker.network.compiler import Compiler, LimitReached
+from cspcheck.checker.network.priority import at_the_top
 from cspcheck.checker.reduction.bisimulation import strong_bisimulation
 from cspcheck.checker.reduction.compression import COMPRESSIONS
 from cspcheck.checker.reduction.priority import prioritised, prioritised_by_order
@@ -71,6 +72,18 @@ class MachineTerms:
         self.compiler = Compiler(
             semantics=Semantics(self._anywhere, prioritised=self._strict.semantics, followed=followed)
         )
+
+    def begin(self, process: Process, budget: Budget) -> None:
+        """Get ready to compile *process* as a whole, with what may be used.
+
+        Raises:
+            ScriptError: it calls itself before any event, or cannot be evaluated.
+        """
+        self.budget = budget
+        # Only what comes to an event can be looked through.
+        self.original.semantics.state(process)
+        priority = at_the_top(process)
+        self.whole = None if priority is None else priority.term
 
     def _anywhere(self, term: Process) -> Process | None:
         if isinstance(term, Compressed):

@@ -19,7 +19,6 @@ from cspcheck.checker.lts import Lts
 from cspcheck.checker.network.compiler import MOST_TERMS, Compiler, LimitReached
 from cspcheck.checker.network.lazily import is_chased
 from cspcheck.checker.network.network import Network
-from cspcheck.checker.network.priority import at_the_top
 from cspcheck.checker.network.skeleton import compile_single
 from cspcheck.checker.packing.packed import PackedNetwork, pack
 from cspcheck.checker.search.beyond import Beyond
@@ -136,9 +135,7 @@ class Machines:
         found: Network | None = self._find(key)
         if found is None:
             compiler = self._terms.original if original else self._terms.compiler
-            self._terms.budget = budget
-            priority = at_the_top(process)
-            self._terms.whole = None if priority is None else priority.term
+            self._terms.begin(process, budget)
             limits = budget.limits
             # What is chased is explored in company from the start.
             if terms is not None and not is_chased(process) and (limits.states is None or terms < limits.states):

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import TypeVar
 
-from cspcheck.cspm.process.events import TICK, EventSet
+from cspcheck.cspm.process.events import TICK, EventSet, new_names
 
 Offer = TypeVar("Offer")
 Offers = dict[int, set[Offer]]
@@ -76,9 +76,7 @@ def linked(
 
 def renamed(part: Offers[Offer], pairs: Iterable[tuple[int, int]]) -> Offers[Offer]:
     """The offers under other names."""
-    new: dict[int, list[int]] = {}
-    for old, name in pairs:
-        new.setdefault(old, []).append(name)
+    new = new_names(pairs)
     found: Offers[Offer] = {}
     for event, offers in part.items():
         for name in new.get(event, (event,)):

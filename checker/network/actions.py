@@ -13,7 +13,7 @@ from itertools import product
 from math import prod
 from typing import NamedTuple
 
-from cspcheck.cspm.process.events import TAU, TICK, EventSet
+from cspcheck.cspm.process.events import TAU, TICK, EventSet, new_names
 from cspcheck.cspm.process.terms import Process
 
 Path = tuple[int, ...]
@@ -56,9 +56,7 @@ def projected(actions: Iterable[Action], events: EventSet) -> list[Action]:
 
 def renamed(actions: Iterable[Action], pairs: Iterable[tuple[int, int]]) -> list[Action]:
     """The actions of ``P [[pairs]]``: an event with several new names gives an action for each."""
-    new: dict[int, list[int]] = {}
-    for old, name in pairs:
-        new.setdefault(old, []).append(name)
+    new = new_names(pairs)
     result = []
     for a in actions:
         if a.result in new:

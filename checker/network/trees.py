@@ -12,7 +12,7 @@ from typing import Any
 
 from cspcheck.checker.network.skeleton import Component
 from cspcheck.checker.semantics.parallel import sharing
-from cspcheck.cspm.process.events import TAU, TICK
+from cspcheck.cspm.process.events import TAU, TICK, new_names
 from cspcheck.cspm.process.terms import (
     AlphabetisedParallel,
     Compressed,
@@ -113,9 +113,7 @@ def _steps(tree: Tree, moves: Moves) -> Steps:
         case Project():
             return [(e if e == TICK or e in operator.events else TAU, (e, k)) for e, k in parts[0][1]]
         case Rename():
-            new: dict[int, list[int]] = {}
-            for old, name in operator.pairs:
-                new.setdefault(old, []).append(name)
+            new = new_names(operator.pairs)
             return [
                 (name, (event, key, i)) for event, key in parts[0][1] for i, name in enumerate(new.get(event, (event,)))
             ]

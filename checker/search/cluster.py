@@ -25,11 +25,11 @@ from cspcheck.checker.kernels.jit import Kernels
 from cspcheck.checker.network.network import Network
 from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.search.checkpoint import Checkpoint, Checkpoints, Position, Tally
-from cspcheck.checker.search.levels import PROGRESS_SECONDS, Progress, StopReason
+from cspcheck.checker.search.findings import Findings, StopReason
+from cspcheck.checker.search.levels import PROGRESS_SECONDS, Progress
 from cspcheck.checker.search.pairs import Pairs
 from cspcheck.checker.search.part import Part, Rows, cyclic_rows
 from cspcheck.checker.search.ranks import MpiRanks, Ranks
-from cspcheck.checker.search.visited import Visited
 from cspcheck.checker.search.walk import Walk
 from cspcheck.checker.search.worker import Wave, Worker, drop_at_divergent_nodes
 from cspcheck.checker.verdict import Limits
@@ -95,7 +95,7 @@ def world() -> Cluster:
     return Cluster(MpiRanks())
 
 
-class SharedSearch:
+class SharedSearch(Findings):
     """One process's part in a search. The attributes are those of ``LevelSearch``, the same in all processes."""
 
     def __init__(
@@ -105,25 +105,14 @@ class SharedSearch:
         progress: Callable[[Progress], None] | None = None,
         checkpoint: Checkpoint | None = None,
     ) -> None:
-        self.packed = job.packed
-        self.pairs = job.pairs
-        self.levels = [0]
-        self.transitions_at: list[int] = []
-        self.transitions = 0
-        self.stop: StopReason | None = None
-        self.complete = False
-        self.deadlock_level: int | None = None
-        self.divergence_level: int | None = None
-        self.violation_level: int | None = None
-        self.has_tau = False
+        super().__init__(job.packed, job.pairs)
         self.branching = False
         self.known = 0
-        self.peak_memory_bytes = 0
-        self.seconds = 0.0
         self.cancelled = False
         self.starts = [0]
         self._ranks = ranks
         self._job = job
+        self._limits = job.limits
         if checkpoint is None and job.checkpoint is not None:
             folder, name = job.checkpoint
             checkpoint = Checkpoint(Checkpoints.beside(folder), name)
@@ -131,8 +120,6 @@ class SharedSearch:
         self._written = 0
         self._kernels: Kernels = jit.kernels(job.compiled)
         self._progress = progress
-        stride = job.packed.words if job.pairs is None else job.pairs.stride
-        self.visited = Visited(stride)
         self._worker = Worker(job.packed, job.pairs, capacity=BATCH)
         self._earlier = Tally(0, [0], [], 0, 0, 0, False, False, None, None, None)
         self._outbox: Int64Array = np.zeros(0, dtype=np.int64)
@@ -152,29 +139,24 @@ class SharedSearch:
             self.peak_memory_bytes = max(self.peak_memory_bytes, self._bytes())
             self.seconds = time.monotonic() - self._started
         if not self.cancelled:
-            part = Part(self._kernels, self.packed, self.pairs, _Spread(self), self._initial())
-            divergences = self.divergence_level
-            if self.pairs is not None and divergences != self.violation_level:
-                divergences = None
-            self._walk = part.ways_to(len(self.levels) - 1, self.deadlock_level, divergences, self.violation_level)
+            # What ended the search does not end this.
+            self._said, self._limits = self._said & CANCELLED, Limits()
+            try:
+                self._walk = Part(self._kernels, self, _Spread(self)).ways()
+            except _Ended:
+                assert self.cancelled
 
     def walk(self) -> Walk:
         """The ways to what was found."""
         assert self._walk is not None
         return self._walk
 
-    def _initial(self) -> Int64Array:
-        if self.pairs is None:
-            return self.packed.initial
-        return self.pairs.join(self.packed.initial.reshape(1, -1), np.array([self.pairs.root]))
-
     def _explore(self) -> None:
         if not self._resumed():
             if self._ranks.rank == 0:
-                initial = self._initial()
-                self._exchange(initial, self._take_in)
+                self._exchange(self.initial, self._take_in)
             else:
-                self._exchange(self._initial()[:0], self._take_in)
+                self._exchange(self.initial[:0], self._take_in)
             self.known = self._total(self.visited.known)
         while not self.complete and self.stop is None:
             self._explore_level(self.starts[-1])
@@ -221,7 +203,7 @@ class SharedSearch:
             # Somebody had no room for what came with the last batch.
             self._end("memory")
         self.known = known
-        limit = self._job.limits.states
+        limit = self._limits.states
         if limit is not None and known > limit:
             self._end("states")
         level = len(self.levels) - 1
@@ -280,7 +262,7 @@ class SharedSearch:
 
     def _words(self, more: bool) -> int:
         """What this process has to say with its batch."""
-        limits = self._job.limits
+        limits = self._limits
         said = self._said | (MORE if more else 0)
         if limits.seconds is not None and time.monotonic() - self._started > limits.seconds:
             said |= LATE
@@ -297,7 +279,7 @@ class SharedSearch:
 
     def _take_in(self, rows: Int64Array) -> None:
         count, place, visited = len(rows) // self.visited.stride, 0, self.visited
-        limit = self._job.limits.memory_bytes
+        limit = self._limits.memory_bytes
         while place < count:
             place = visited.insert(self._kernels, rows, place, count)
             if place < count:

@@ -17,7 +17,8 @@ from cspcheck.checker.lts import Lts
 from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.search.beyond import Beyond, prepared
 from cspcheck.checker.search.checkpoint import Checkpoints
-from cspcheck.checker.search.levels import NO_LIMITS, Progress, StopReason
+from cspcheck.checker.search.findings import StopReason
+from cspcheck.checker.search.levels import NO_LIMITS, Progress
 from cspcheck.checker.search.tau_cycles import divergent_states_of_level, tau_cyclic_states
 from cspcheck.checker.search.walk import CHUNK, Transitions, Walk, transitions_of
 from cspcheck.checker.verdict import Limits

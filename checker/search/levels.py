@@ -10,7 +10,6 @@ import functools
 import operator
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
@@ -22,14 +21,12 @@ from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.search.checkpoint import Checkpoints, Position, Tally
 from cspcheck.checker.search.crew import SHARED_CAPACITY, Crew
 from cspcheck.checker.search.expansion import CAPACITY, SMALL_CAPACITY, Expander
+from cspcheck.checker.search.findings import Findings, StopReason
 from cspcheck.checker.search.pairs import Pairs
 from cspcheck.checker.search.visited import Visited
 from cspcheck.checker.search.walk import Walk
 from cspcheck.checker.search.worker import Wave, Worker, drop_at_divergent_nodes
 from cspcheck.checker.verdict import Limits
-
-StopReason = Literal["states", "seconds", "memory", "disk", "found"]
-"""Why a search ended early: a limit, or the first level with what was looked for."""
 
 INTERPRETED_TRANSITIONS = 8_000
 """A search that has more transitions than this changes to the compiled kernels."""
@@ -63,7 +60,7 @@ class Stopped(Exception):
         self.reason = reason
 
 
-class LevelSearch:
+class LevelSearch(Findings):
     """One search. :meth:`run` it once; the attributes then are those of ``Exploration``."""
 
     def __init__(
@@ -82,20 +79,7 @@ class LevelSearch:
         compiled: bool | None = None,
         checkpoints: Checkpoints | None = None,
     ) -> None:
-        self.packed = packed
-        self.pairs = pairs
-        self.levels = [0]
-        self.transitions_at: list[int] = []
-        self.transitions = 0
-        self.stop: StopReason | None = None
-        self.complete = False
-        self.deadlock_level: int | None = None
-        self.divergence_level: int | None = None
-        self.violation_level: int | None = None
-        self.has_tau = False
-        self.visited = Visited(packed.words if pairs is None else pairs.stride)
-        self.peak_memory_bytes = 0
-        self.seconds = 0.0
+        super().__init__(packed, pairs)
         self._limits = limits
         self._stop_at_deadlock = stop_at_deadlock
         self._stop_at_divergence = stop_at_divergence
@@ -149,10 +133,7 @@ class LevelSearch:
 
     def _explore(self) -> None:
         if not self._resumed():
-            initial = self.packed.initial
-            if self.pairs is not None:
-                initial = self.pairs.join(initial.reshape(1, -1), np.array([self.pairs.root]))
-            self._insert(initial.copy(), 1)
+            self._insert(self.initial.copy(), 1)
             self._at = Position(end=self.known)
         while not self.complete and self.stop is None:
             self._explore_level(self.levels[-1])

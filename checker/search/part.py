@@ -17,6 +17,7 @@ import numpy as np
 from cspcheck.checker.arrays import BoolArray, Int64Array
 from cspcheck.checker.kernels.jit import Kernels
 from cspcheck.checker.packing.packed import PackedNetwork
+from cspcheck.checker.search.findings import Findings
 from cspcheck.checker.search.pairs import Pairs
 from cspcheck.checker.search.tau_cycles import tau_cyclic_states
 from cspcheck.checker.search.visited import Visited
@@ -67,39 +68,35 @@ class Part:
 
     Args:
         compiled: the kernels, in either form.
-        packed, pairs: what was searched.
-        whole: the rows.
-        initial: the first of them.
+        found: the search.
+        whole: its rows.
     """
 
-    def __init__(
-        self, compiled: Kernels, packed: PackedNetwork, pairs: Pairs | None, whole: Whole, initial: Int64Array
-    ) -> None:
-        self._packed = packed
-        self._pairs = pairs
+    def __init__(self, compiled: Kernels, found: Findings, whole: Whole) -> None:
+        self._packed = found.packed
+        self._pairs = found.pairs
+        self._found = found
         self._whole = whole
-        self._initial = initial
-        self._stride = len(initial)
+        self._stride = found.visited.stride
         self._kernels = compiled
 
-    def ways_to(
-        self, levels: int, deadlocks: int | None = None, divergences: int | None = None, violations: int | None = None
-    ) -> Walk:
-        """The ways to what was found first, on the given levels; the walk has so many levels, empty ones at its end."""
+    def ways(self) -> Walk:
+        """The ways to what was found first; the walk has as many levels as the search, empty ones at its end."""
+        found = self._found
         marked: list[Int64Array] = []
         ahead = Rows(self._kernels, self._stride)
-        for level in range(levels - 1, -1, -1):
+        for level in range(len(found.levels) - 2, -1, -1):
             goals: list[Int64Array] = []
-            if level == deadlocks:
+            if level == found.deadlock_level:
                 goals += self._chosen(level, self._deadlocked)
-            if level == violations:
+            if level == found.violation_level:
                 goals += self._chosen(level, self._violating)
-            if level == divergences:
+            if level == found.told_divergence:
                 goals.append(self._whole.cyclic(level))
             if ahead.visited.known:
                 goals += self._chosen(level, partial(self._leading, goals=ahead, visible=True))
             if level == 0:
-                goals.append(self._initial)
+                goals.append(found.initial)
             here = Rows(self._kernels, self._stride)
             here.add(self._whole.all_of(_joined(goals)))
             self._close_under_tau(level, here)
@@ -107,15 +104,10 @@ class Part:
             ahead = here
         return self._walk(marked[::-1])
 
-    def everything(self, levels: int) -> Walk:
-        """All rows."""
-        found = [self._whole.all_of(_joined(list(self._whole.blocks(level)))) for level in range(levels)]
-        return self._walk(found)
-
     def _walk(self, rows: Sequence[Int64Array]) -> Walk:
         taken = Rows(self._kernels, self._stride)
         # The first row is where paths begin.
-        taken.add(self._initial)
+        taken.add(self._found.initial)
         ends = [0]
         for level in rows:
             taken.add(level)

@@ -161,6 +161,7 @@ class SpillSearch(LevelSearch):
         self._spill = spill
         self._before: list[tuple[int, int]] = []
         self._most_bits = 0
+        self._is_over = False
         # What the process may have: kernels that are loaded meanwhile count as well.
         limit, now = self._limits.memory_bytes, process_memory()
         self._ceiling = None if limit is None or now is None else now + limit
@@ -176,6 +177,8 @@ class SpillSearch(LevelSearch):
         super()._memory_reached()
 
     def _check(self, frontier: int) -> None:
+        if self._is_over:
+            return  # What ended the search does not end what is told of it.
         if self.store is None and self._spill.rows is not None and self.visited.known > self._spill.rows:
             raise _Full
         if self.store is None and self._left_over(self._other_bytes()) < 0:
@@ -371,16 +374,9 @@ class SpillSearch(LevelSearch):
         """What the search has found, to be walked about in: all of it, or the ways to what was looked for."""
         if self.store is None:
             return super().walk()
-        if self.pairs is None:
-            initial = self.packed.initial
-        else:
-            initial = self.pairs.join(self.packed.initial.reshape(1, -1), np.array([self.pairs.root]))
+        self._is_over = True
         self.visited.clear(min(DIVIDED_BITS, self._most_bits))
-        part = Part(self._kernels, self.packed, self.pairs, _OnDisk(self), initial)
-        divergences = self.divergence_level
-        if self.pairs is not None and divergences != self.violation_level:
-            divergences = None
-        return part.ways_to(len(self.levels) - 1, self.deadlock_level, divergences, self.violation_level)
+        return Part(self._kernels, self, _OnDisk(self)).ways()
 
 
 class _OnDisk:

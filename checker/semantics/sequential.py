@@ -12,7 +12,7 @@ from cspcheck.checker.budget import Incomplete
 from cspcheck.checker.semantics.external import prioritise_by_order
 from cspcheck.checker.semantics.machine_states import ExplicitMachine
 from cspcheck.checker.semantics.steps import Normalise, Row, Step
-from cspcheck.cspm.process.events import TAU, TICK, EventSet
+from cspcheck.cspm.process.events import TAU, TICK, EventSet, new_names
 from cspcheck.cspm.process.terms import (
     DIV,
     SKIP,
@@ -157,9 +157,7 @@ def _project(state: Normalise, p: Project, rows: list[Row]) -> list[Step]:
 
 def _rename(state: Normalise, p: Rename, rows: list[Row]) -> list[Step]:
     """Relational: an event with several new names gives one transition for each of them."""
-    new: dict[int, list[int]] = {}
-    for old, name in p.pairs:
-        new.setdefault(old, []).append(name)
+    new = new_names(p.pairs)
     steps: list[Step] = []
     for event, after in rows[0]:
         renamed = Rename(after, p.pairs) if _unless_ended(after) else after

@@ -343,3 +343,11 @@ class EventSet:
 
     def __repr__(self) -> str:
         return f"EventSet({list(self.ranges)})"
+
+
+def new_names(pairs: Iterable[tuple[int, int]]) -> dict[int, list[int]]:
+    """The names of each event that a renaming with these (old, new) pairs renames, in their order."""
+    names: dict[int, list[int]] = {}
+    for old, name in pairs:
+        names.setdefault(old, []).append(name)
+    return names

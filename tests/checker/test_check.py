@@ -12,7 +12,10 @@ from cspcheck.checker.budget import Budget, Incomplete
 from cspcheck.checker.check import Checker
 from cspcheck.checker.checks import store as machines
 from cspcheck.checker.verdict import Limits, Outcome, Verdict
+from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.process.terms import DIV, STOP, Chaos, Prefix, Process, Reference, Run
+from cspcheck.cspm.script import load
+from cspcheck.cspm.source import Source
 from tests.checker.terms import compositions, processes, reference
 from tests.checker.textbook import (
     a,
@@ -338,3 +341,25 @@ def test_time_and_memory_are_reported() -> None:
     outcome = checker().check_property(perhaps(Chaos(events(a)), DIV), "divergence free")
     assert outcome.seconds > 0
     assert outcome.peak_memory_bytes > 0
+
+
+@pytest.mark.parametrize(
+    "definition",
+    [
+        "P = P",
+        "P = P \\ {a}",
+        "P = P [[ a <- a ]]",
+        "P = P [| {a} |] STOP",
+        "P = prioritise(P, <{a}>)",
+        "P = prioritise(P \\ {a}, <{a}>) \\ {a}",
+        "P = chase(P)",
+        "P = sbisim(P) \\ {a}",
+        "P = Q \\ {a}\nQ = chase(P)",
+    ],
+)
+def test_what_calls_itself_before_any_event_is_told(definition: str) -> None:
+    text = f"channel a\nexternal prioritise, chase\ntransparent sbisim\n{definition}\n"
+    loaded = load(Source("itself.csp", text + "assert P :[deadlock free]\nassert STOP [T= P\n"))
+    for assertion in loaded.assertions:
+        with pytest.raises(ScriptError, match=r"CSP422|CSP501"):
+            Checker(loaded).check(assertion.node)

@@ -21,6 +21,7 @@ from cspcheck.cspm.oz.values.solving import Unknown
 from cspcheck.cspm.oz.values.terms import conjuncts, free_variables
 from cspcheck.cspm.oz.writing.expressions import Expressions, Key, Untranslatable
 from cspcheck.cspm.oz.writing.operators_cspm import ATOM
+from cspcheck.cspm.values.failure import Failure
 
 _AND = 31
 """How tightly a condition among others has to bind."""
@@ -324,7 +325,7 @@ class _Writer:
         if not free_variables(carrier):
             try:
                 inside = set(self.part.evaluator.enumerate(carrier)) <= set(domains[place])
-            except Exception as error:
+            except Failure as error:
                 raise Untranslatable("a carrier without a listing") from error
             if inside:
                 return None

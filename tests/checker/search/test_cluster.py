@@ -118,6 +118,17 @@ def test_too_little_memory_is_no_wrong_answer() -> None:
     assert (found.stop, found.complete) == ("memory", False)
 
 
+def test_what_was_found_before_a_limit_is_told_behind_it() -> None:
+    """The ways to a divergence on the first levels are taken out by messages, when there is no memory left."""
+    loops = synchronised(
+        {f"P{i}": cycle(f"a{i}", f"b{i}", f"c{i}") for i in range(8)} | {"T": cycle("t", "u")}, {"t", "u"}
+    )
+    limits = Limits(memory_bytes=40_000)
+    found = with_ranks(2, lambda others: explore(pack(loops), compiled=False, limits=limits, beyond=others))
+    assert (found.stop, found.complete, found.divergence_level) == ("memory", False, 0)
+    assert len(shortest_path(found, found.tau_cyclic(0))) == 0
+
+
 @pytest.mark.parametrize("stops", [1, 2, 3, 4])
 def test_what_some_wrote_down_others_take_up(stops: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     script = load(Source("s.csp", SCRIPT))

@@ -190,3 +190,18 @@ def test_verdicts_counts_and_counterexamples_are_those_in_memory(tmp_path: Path)
     expected = answers(None)
     assert answers(Spill(tmp_path, 10)) == expected
     assert {answer.verdict for answer in expected} == {Verdict.PASS, Verdict.FAIL}
+
+
+@pytest.mark.parametrize("states", [140, 400])
+def test_what_was_found_before_a_limit_is_told_behind_it(tmp_path: Path, states: int) -> None:
+    """All 27 states of the first level lie on cycles of taus, more than fit; the limit is reached on later levels."""
+    silent = {f"T{i}": cycle(f"t{i}", f"u{i}", f"v{i}") for i in range(3)}
+    slow = {f"P{i}": cycle(f"a{i}", f"b{i}", f"c{i}") for i in range(4)}
+    hidden = {event for i in range(3) for event in (f"t{i}", f"u{i}", f"v{i}")}
+    packed = pack(synchronised(silent | slow, hidden))
+    limits = Limits(states=states)
+    expected = explore(packed, limits=limits, compiled=False)
+    found = explore(packed, limits=limits, compiled=False, beyond=Spill(tmp_path, 2))
+    assert (found.stop, found.divergence_level) == ("states", 0)
+    assert told(found) == told(expected)
+    assert paths(found) == paths(expected)
