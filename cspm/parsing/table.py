@@ -163,11 +163,11 @@ def _conflicts() -> Iterator[list[tuple[str, str]]]:
 
     class Listener(logging.Handler):
         def emit(self, record: logging.LogRecord) -> None:
-            argument = record.args[0] if isinstance(record.args, tuple) and record.args else None
+            argument: Any = record.args[0] if isinstance(record.args, tuple) and record.args else None
             if record.msg.startswith("Shift/Reduce"):
                 found.append((str(argument), ""))
             elif found and record.msg.startswith(" * "):
-                found[-1] = (found[-1][0], str(getattr(argument, "origin", argument).name))
+                found[-1] = (found[-1][0], str(argument.origin.name))
 
     log, listener = logging.getLogger("lark"), Listener()
     before = log.level, log.propagate

@@ -148,8 +148,8 @@ class Builder(Terms):
                 places[attribute] = keyword
                 parts[attribute] = value
         self._closing(span, end)
-        once = {attribute: parts.pop(attribute, None) for attribute in _ONCE}
-        many = {attribute: tuple(found) for attribute, found in parts.items()}
+        once: dict[str, Any] = {attribute: parts.pop(attribute, None) for attribute in _ONCE}
+        many: dict[str, Any] = {attribute: tuple(found) for attribute, found in parts.items()}
         return z.Class(span=span, name=name.name, generics=tuple(generics), **once, **many)
 
     def stray_end(self, span: Span, end: int) -> None:

@@ -377,8 +377,7 @@ class _Situation:
         if self.accepts("/") and not self.accepts("INFIX"):
             return self._refuse("`/`", help=_RENAMING)
         if self.accepts("==") and not self.accepts("INFIX"):
-            wanted = ("`==`", "`::=`") if self.accepts("::=") else ("`==`",)
-            return self._refuse(*wanted)
+            return self._refuse("`==`", *(["`::=`"] if self.accepts("::=") else []))
         if self.before == "\\" and self.accepts("{"):
             return self._refuse("`(`")
         opener = self._unfinished()
