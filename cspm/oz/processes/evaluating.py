@@ -24,6 +24,7 @@ from cspcheck.cspm.oz.values.enumeration import enumeration, membership
 from cspcheck.cspm.oz.values.evaluation import Evaluator as TermEvaluator, Scope
 from cspcheck.cspm.oz.values.terms import free_variables, show_term
 from cspcheck.cspm.process import terms as process
+from cspcheck.cspm.process.construction import hide, prefix
 from cspcheck.cspm.process.events import EventSet
 from cspcheck.cspm.process.terms import Process
 from cspcheck.cspm.syntax import tree as syntax
@@ -298,7 +299,7 @@ class Composition:
             return control
         anything: Process = process.Run(free)
         if self.terminates:
-            anything = process.Interrupt(anything, process.prefix(self.done, process.SKIP))
+            anything = process.Interrupt(anything, prefix(self.done, process.SKIP))
         return self._beside(control, anything, EventSet())
 
     def _beside(self, control: Process, data: Process, synchronised: EventSet) -> Process:
@@ -306,8 +307,8 @@ class Composition:
         if not self.terminates:
             return process.Fused(process.Parallel(synchronised, (control, data), self.clocks))
         done = EventSet.of([self.done])
-        ending = process.Sequential(control, process.prefix(self.done, process.SKIP))
-        return process.Fused(process.hide(process.Parallel(synchronised | done, (ending, data), self.clocks), done))
+        ending = process.Sequential(control, prefix(self.done, process.SKIP))
+        return process.Fused(hide(process.Parallel(synchronised | done, (ending, data), self.clocks), done))
 
     def _control(self, mains: Sequence[Process]) -> Process | None:
         """The CSP parts side by side, on the events that they have in common."""
