@@ -243,8 +243,8 @@ def no_schema_here(span: Span) -> Diagnostic:
     "a variable is taken from a set of one set of numbers",
     explanation=(
         "In a class `x : S` takes x from the set S. `0..3` is a set of numbers already; `{0..3}` is the set whose one "
-        "element is that set, so that x can be nothing but `0..3`. (In a channel declaration of CSPm it is the other "
-        "way round: `channel c : {0..3}`.)"
+        "element is that set, so that x can be nothing but `0..3`. In a channel declaration of CSPm it is the other "
+        "way round: `channel c : {0..3}`."
     ),
     example="class C\n  chan tick\n  state\n    x : {0..3}\nend",
     repair="class C\n  chan tick\n  state\n    x : 0..3\nend",
