@@ -170,16 +170,14 @@ def _conflicts() -> Iterator[list[tuple[str, str]]]:
                 found[-1] = (found[-1][0], str(argument.origin.name))
 
     log, listener = logging.getLogger("lark"), Listener()
-    before = log.level, log.propagate
-    log.addHandler(listener)
+    before = log.handlers, log.level, log.propagate
+    log.handlers = [listener]  # Lark's own prints
     log.setLevel(logging.DEBUG)
     log.propagate = False
     try:
         yield found
     finally:
-        log.removeHandler(listener)
-        log.setLevel(before[0])
-        log.propagate = before[1]
+        log.handlers, log.level, log.propagate = before
 
 
 def from_json(value: Mapping[str, Any]) -> Table:

@@ -20,8 +20,11 @@ PAGE = (Path(__file__).resolve().parents[3] / "docs" / "csp-oz.md").read_text(en
 
 
 class TestTable:
-    def test_the_stored_table_is_the_computed_one(self) -> None:
+    def test_the_stored_table_is_the_computed_one_and_is_made_in_silence(
+        self, capfd: pytest.CaptureFixture[str]
+    ) -> None:
         value = compute(GRAMMAR, OZ.starts, OZ.greedy)
+        assert capfd.readouterr() == ("", "")
         assert from_json(json.loads(json.dumps(value))) == stored(OZ)
 
     @pytest.mark.parametrize("left_out", sorted(OZ.greedy))
