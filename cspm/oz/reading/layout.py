@@ -175,7 +175,7 @@ class Lines:
         if operation and token.kind in _OPERATION_GOES_ON:
             return False
         if len(self._frames) > 1:
-            return token.kind not in INFIX and token.kind not in CLOSERS.values() and token.kind not in ("|", "@")
+            return not (token.kind in INFIX or token.kind in CLOSERS.values() or token.kind in ("|", "@", "inrel"))
         return not continues(token)
 
     def _one_line(self, at: int, *, operation: bool = False, definition: bool = False, names: bool = False) -> int:
@@ -260,6 +260,8 @@ class Lines:
         kind = token.kind
         if operation and self._last == "[" and token.value == "Delta":
             kind = "Delta"
+        elif self._last == "inrel" and kind == "NAME":
+            kind = "RELATION"
         elif kind == "NAME" or kind in NAMING:
             kind = self._name(at, frame, start)
         elif kind in PREFIX:

@@ -25,7 +25,7 @@ from cspcheck.cspm.oz.reading.operators import NUMBER_SETS, SPELLINGS, Spelling
 from cspcheck.cspm.source import Source, Span
 
 BINDERS: Final = {"forall": "∀", "exists": "∃", "exists1": "∃₁", "lambda": "λ", "mu": "μ"}
-WORDS: Final = frozenset(["where", "end", "true", "false", "if", "then", "else", "let", *BINDERS])
+WORDS: Final = frozenset(["where", "end", "true", "false", "if", "then", "else", "let", "inrel", *BINDERS])
 """Words of the notation that are no operators."""
 
 _SIGNS: Final = {
@@ -228,7 +228,7 @@ def tokens(source: Source, start: int, end: int, scan: Scan) -> Iterator[Token]:
             while open_brackets.pop() != _CLOSERS[token.kind]:
                 pass
         broken = False
-        previous = token.kind
+        previous = "inrel" if previous == "inrel" and token.kind == "NAME" else token.kind
         last = position
         yield token
 
@@ -287,7 +287,7 @@ _NO_CONTINUATION: Final = frozenset(["-", "#"])
 
 def continues(token: Token) -> bool:
     """Whether a token at the beginning of a line goes on with the line before."""
-    return token.kind in INFIX and token.kind not in _NO_CONTINUATION
+    return token.kind == "inrel" or (token.kind in INFIX and token.kind not in _NO_CONTINUATION)
 
 
 def extent(source: Source, start: int) -> Extent:

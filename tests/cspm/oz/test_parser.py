@@ -169,6 +169,8 @@ EXPRESSIONS = {
     "id = a": chain(ref("id"), "equal", a),
     "id a": op("id", a),
     "disjoint <a, b>": op("disjoint", make(z.Display, kind="sequence", items=(a, b))),
+    "a inrel f b": chain(a, "inrel f", b),
+    "a < b inrel f' <c> = b": chain(a, "less", b, "inrel f'", make(z.Display, kind="sequence", items=(c,)), "equal", b),
     "f^+": op("closure", f),
     "f(+){a |-> b}": op("override", f, make(z.Display, kind="set", items=(op("maplet", a, b),))),
     "a \\ b": op("diff", a, b),
