@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from cspcheck.cspm.diagnostics import Diagnostic
     from cspcheck.cspm.parsing.lexer import Tokens
     from cspcheck.cspm.printing.declarations import Printer
-    from cspcheck.cspm.printing.expressions import Printing
+    from cspcheck.cspm.printing.patterns import Printing
     from cspcheck.cspm.source import Source, Span
     from cspcheck.cspm.syntax import tree as s
     from cspcheck.cspm.typing.inference.context import Context
@@ -36,7 +36,7 @@ class ObjectZ(Extension):
         return found.end
 
     def paragraph(self, source: Source, start: int, end: int) -> tuple[s.Declaration, list[Diagnostic]]:  # noqa: D102
-        from cspcheck.cspm.oz.reading.parser import parse_paragraph
+        from cspcheck.cspm.oz.reading.reader import parse_paragraph
 
         return parse_paragraph(source, start, end)
 
