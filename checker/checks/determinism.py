@@ -63,6 +63,7 @@ def deterministic(context: Context, process: Process, model: FailuresModel) -> O
         exploration = machines.exploration(process, aim, budget)
     level = exploration.divergence_level
     if level is not None and model == "FD":
+        context.failed(*context.covered(exploration, level))
         return _earlier_nondeterminism(context, process, exploration, level) or divergence_found(
             context, process, exploration, level
         )
@@ -79,6 +80,8 @@ def deterministic(context: Context, process: Process, model: FailuresModel) -> O
         lts = machines.lts(process, budget)
         packed = machines.packed(process, budget)
         trace = _against_candidate(context, packed, candidate(lts)) if level is None else _by_normal_form(context, lts)
+        if trace is not None:
+            context.failed(*counts, _begun(context, trace))
         counterexample = None if trace is None else _explained(context, process, trace)
     except Incomplete as incomplete:
         raise Incomplete(incomplete.reason, *counts) from None
@@ -148,10 +151,13 @@ def _as_far_as_explored(context: Context, process: Process, exploration: Explora
             trace = _against_candidate(context, context.machines.packed(process, budget), chosen)
             # Beyond what was explored there may be a shorter trace than one that leads further.
             if trace is not None and len(trace) <= exploration.depth:
+                context.failed(*counts, _begun(context, trace))
                 counterexample = _explained(context, process, trace)
                 return budget.outcome(Verdict.FAIL, None, *counts, counterexample)
             sought = "divergence or nondeterminism" if model == "FD" else "nondeterminism"
         except Incomplete:
+            if context.sure.outcome is not None:
+                raise
             # The search of pairs ran into the limit as well, so nothing can be said of nondeterminism.
             pass
     return budget.outcome(Verdict.UNKNOWN, budget.shortfall(exploration, sought), *counts)
@@ -282,6 +288,11 @@ def _by_normal_form(context: Context, lts: Lts, longest: int | None = None, most
                 length.setdefault(target, length[node] + 1)
         node += 1
     return None
+
+
+def _begun(context: Context, trace: Trace) -> Counterexample:
+    """What is known of nondeterminism before the runs with its trace are looked at."""
+    return Counterexample("nondeterminism", tuple(context.events.name(event) for event in trace))
 
 
 def _explained(context: Context, process: Process, trace: Trace) -> Counterexample:

@@ -109,6 +109,7 @@ class SharedSearch(Findings):
         self.branching = False
         self.known = 0
         self.cancelled = False
+        self.is_explored = False
         self.starts = [0]
         self._ranks = ranks
         self._job = job
@@ -138,6 +139,7 @@ class SharedSearch(Findings):
         finally:
             self.peak_memory_bytes = max(self.peak_memory_bytes, self._bytes())
             self.seconds = time.monotonic() - self._started
+        self.is_explored = not self.cancelled
         if not self.cancelled:
             # What ended the search does not end this.
             self._said, self._limits = self._said & CANCELLED, Limits()
@@ -506,6 +508,7 @@ class ClusterSearch(SharedSearch):
         self._cluster = cluster
         self._whole = packed
         self._error: BaseException | None = None
+        self._ended_by: BaseException | None = None
 
     def run(self) -> None:
         """Search; whoever ends the check meanwhile ends the search in all processes."""
@@ -514,10 +517,12 @@ class ClusterSearch(SharedSearch):
         try:
             while thread.is_alive():
                 thread.join(PROGRESS_SECONDS)
-        except BaseException:
+        except BaseException as error:
             self.cancel()
             thread.join()
-            raise
+            if not self.is_explored or not self.has_found:
+                raise
+            self._ended_by = error
         if self._error is not None:
             raise self._error
 
@@ -529,6 +534,12 @@ class ClusterSearch(SharedSearch):
             self._error, self._cluster.is_broken = error, True
 
     def walk(self) -> Walk:
-        """The ways to what was found."""
+        """The ways to what was found.
+
+        Raises:
+            BaseException: whatever ended the check after something was found and before it was taken out.
+        """
+        if self._ended_by is not None:
+            raise self._ended_by
         found = super().walk()
         return Walk(self._whole, self.pairs, found.visited, found.levels)
