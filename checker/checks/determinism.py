@@ -170,7 +170,6 @@ def _as_far_as_explored(context: Context, process: Process, exploration: Explora
             if context.sure.outcome is not None:
                 raise
             # The search of pairs ran into the limit as well, so nothing can be said of nondeterminism.
-            pass
     return budget.outcome(Verdict.UNKNOWN, budget.shortfall(exploration, sought), *counts)
 
 

@@ -23,7 +23,7 @@ from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.search.paths import PathStep, shortest_path
 from cspcheck.checker.semantics.steps import Row
 from cspcheck.checker.specification.normal_form import FailuresModel, NormalModel
-from cspcheck.checker.verdict import TERMINATES, Counterexample, Outcome, Verdict
+from cspcheck.checker.verdict import TERMINATES, Counterexample, CounterexampleKind, Outcome, Verdict
 from cspcheck.cspm.process.events import TICK
 from cspcheck.cspm.process.terms import Process
 
@@ -60,7 +60,8 @@ def deadlock_free(context: Context, process: Process, model: FailuresModel) -> O
     end = reached(exploration, path)
     is_deadlock = end in deadlocks
     shown = exploration
-    counterexample = begun("deadlock" if is_deadlock else "divergence", process, exploration.packed, path, context.events)
+    kind: CounterexampleKind = "deadlock" if is_deadlock else "divergence"
+    counterexample = begun(kind, process, exploration.packed, path, context.events)
     context.failed(*context.covered(exploration, level), counterexample)
     along = _along_original(context, process, exploration, path, (lambda row: not row) if is_deadlock else None)
     if along is not None:
