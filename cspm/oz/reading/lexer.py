@@ -104,6 +104,9 @@ SECTION: Final = re.compile(
 )
 """What a line begins with where a section of a class begins."""
 
+_INCLUSION: Final = re.compile(rf"(?:Delta|Δ)[ \t]+{_NAME}['?!]*(?![A-Za-z0-9_'?!]|[ \t]*[:,])")
+"""``Delta S`` in the brackets of a schema, which may begin a line there."""
+
 PARAGRAPH: Final = re.compile(
     rf"(?:class|given|schema|retrieve)[ \t]+{_NAME}"
     rf"|const(?:\s|--[^\n]*\n|\{{-(?:(?!-\}})[\s\S])*-\}})+{_NAME}['?!]?[ \t]*(?:,|:(?!:))"
@@ -189,8 +192,9 @@ def tokens(source: Source, start: int, end: int, scan: Scan) -> Iterator[Token]:
             yield Token("$END", last, last, first=True, section=True)
             return
         token = Token("", begin, position, first=broken, tight=begin == last and last > start)
+        includes = open_brackets[-1:] == ["["] and _INCLUSION.match(text, begin, end)
         if broken and (
-            SECTION.match(text, begin, end)
+            (SECTION.match(text, begin, end) and not includes)
             or (
                 not open_brackets
                 and (previous in OPERAND_ENDS or previous == ">>")
@@ -205,6 +209,8 @@ def tokens(source: Source, start: int, end: int, scan: Scan) -> Iterator[Token]:
             token.decoration = match["decoration"] or ""
             if token.decoration or token.section or word not in _WORDS or (previous == "." and word not in ("where",)):
                 token.kind, token.value = "NAME", "int" if word == "num" and not token.decoration else word
+                if previous == "inrel":
+                    token.kind = "RELATION"
             else:
                 token.kind = _WORDS[word]
                 token.value = word
@@ -228,7 +234,7 @@ def tokens(source: Source, start: int, end: int, scan: Scan) -> Iterator[Token]:
             while open_brackets.pop() != _CLOSERS[token.kind]:
                 pass
         broken = False
-        previous = "inrel" if previous == "inrel" and token.kind == "NAME" else token.kind
+        previous = token.kind
         last = position
         yield token
 
@@ -279,7 +285,7 @@ class Extent:
 
 
 _CONTINUES_BEFORE: Final = frozenset(
-    [",", ";", ":", "|", "@", "==", "::=", "[]", "||", ".", "then", "else", "let", "if"]
+    [",", ";", ":", "|", "@", "==", "::=", "[]", "||", ".", "then", "else", "let", "if", "inrel", "RELATION"]
 )
 _NO_CONTINUATION: Final = frozenset(["-", "#"])
 """Operators that begin a line of their own."""

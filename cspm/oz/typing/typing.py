@@ -40,6 +40,7 @@ from cspcheck.cspm.oz.typing.everyday import (
     is_by_pairs,
     is_iteration,
     iterated,
+    pair,
 )
 from cspcheck.cspm.oz.typing.fitting import UNKNOWN, Misfit, fit, join, unknown_in
 from cspcheck.cspm.oz.typing.forms import constructor, dotted, interval, is_schema, row, settled
@@ -174,10 +175,7 @@ class Typing:
             span = node.operands[i].span.to(node.operands[i + 1].span)
             left, right = operands[i : i + 2]
             if relation.startswith(INREL):
-                pair = Apply(
-                    type=TupleType((left.type, right.type)), operator="tuple", operands=(left, right), span=span
-                )
-                relation, left, right = "in", pair, self._term(named(relation, span), scope, place)
+                relation, left, right = "in", pair(left, right, span), self._term(named(relation, span), scope, place)
             links.append(self._related(relation, left, right, span))
         return core.conjunction(tuple(links), node.span)
 

@@ -341,9 +341,9 @@ def _sign(found: Sequence[Token], place: int, brackets: list[str], *, operations
     kind = token.kind
     if kind == "NAME":
         name = str(token.value)
-        if place and found[place - 1].kind == "inrel":
-            return f"{{{_name(name)}{token.decoration}}}"
         return (_NAMES[name] if name in _NAMES and not token.decoration else _name(name)) + token.decoration
+    if kind == "RELATION":
+        return f"{{{_name(str(token.value))}{token.decoration}}}"
     if kind in ("INT", "REAL"):
         return str(token.value)
     if kind in NAMING and kind not in WORDS and not _applies(found, place):
