@@ -436,6 +436,38 @@ end
     assert outcome(text, "Relay :[deadlock free]", view="control")[0] == "pass"
 
 
+def test_the_control_view_keeps_to_the_declared_sets_of_the_fields_that_are_left() -> None:
+    text = """
+class Lift
+  chan call : [floor : 0..5; load! : 0..9]
+  chan open : [floor : 0..5]
+  chan stop : [floor : 0..5]
+  main = call?f -> main
+  state n : 0..5
+  init n = 0
+  op com_call Delta(n) floor : 1..4; load! : 0..9 where n' = floor
+  op enable_open floor : {2, n + 1, 5}
+  op effect_open floor : 2..3 where true
+  op enable_stop floor : 2..3
+  op effect_stop floor : {3} where true
+end
+class Guest
+  chan stop : [floor : 0..2]
+  main = stop?f -> main
+end
+"""
+
+    def possible(process: str, *events: str) -> list[str]:
+        return [e for e in events if outcome(text, f"{process} :[has trace]: <{e}>", view="control")[0] == "pass"]
+
+    floors = range(6)
+    assert possible("Lift", *[f"call.{n}" for n in floors]) == ["call.1", "call.2", "call.3", "call.4"]
+    assert possible("Lift", *[f"stop.{n}" for n in floors]) == ["stop.2", "stop.3"], "outside its effect it diverges"
+    assert len(possible("Lift", *[f"open.{n}" for n in floors])) == 6, "what depends on data is open"
+    assert possible("Guest", *[f"stop.{n}" for n in floors]) == ["stop.0", "stop.1", "stop.2"]
+    assert possible("Lift || Guest", *[f"stop.{n}" for n in floors]) == ["stop.2"]
+
+
 def test_an_operation_that_main_does_not_mention_can_happen_at_any_time() -> None:
     text = COUNTER.replace("state n", "main = inc -> dec -> main\n  state n")
 
