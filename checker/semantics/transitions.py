@@ -102,8 +102,9 @@ class Semantics:
         found = known.get(state)
         if found is not None:
             return found
-        if self._latest is not None and self._latest[0] is state:
-            return self._latest[1]
+        latest = self._latest
+        if latest is not None and latest[0] is state:
+            return latest[1]
         delegate = self._delegate(state) if self._has_delegates else None
         if delegate is not None:
             return delegate.transitions(state)
