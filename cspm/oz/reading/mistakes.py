@@ -38,7 +38,6 @@ _BRACKETS: Final = frozenset().union(*_OPENED_BY.values())
 _COMPREHENSIONS: Final = frozenset(["_COMPREHENSION", "_SCHEMA_SET"])
 _QUANTIFIERS: Final = frozenset(["forall", "exists", "exists1"])
 _BINDERS: Final = frozenset([*_QUANTIFIERS, "lambda", "mu", "let", *_COMPREHENSIONS])
-_DISTRIBUTORS: Final = frozenset(["[]", "and", ";", "||"])
 
 _IN_BRACKETS: Final[dict[str, tuple[str, ...]]] = {
     "_CALL": ("`)`", "`,`", OPERATOR),
