@@ -235,7 +235,7 @@ def difference(left: Set, right: Set) -> Set:
         if type(left) is not type(right):
             return left
     if isinstance(left, Integers) and left.low is not None and isinstance(right, Integers):
-        assert right.low is not None and right.low > left.low  # else it was a subset
+        assert right.low is not None  # else all was taken away above, and so was it if nothing is left below
         return Range(left.low, right.low - 1)
     if isinstance(left, Integers) and left.low is not None and isinstance(right, Range | FiniteSet):
         taken = right.elements()

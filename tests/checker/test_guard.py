@@ -62,10 +62,14 @@ def test_what_a_finaliser_drops_arrives_again(
     monkeypatch.setattr("cspcheck.checker.guard.AGAIN", float("inf"))  # never without a reason
     reports: list[str] = []
     guard = Guard(seconds=-1)
-    with pytest.raises(Stopped), guard:
+
+    def work() -> None:
         Busy(guard, reports)
         while True:
             pass
+
+    with pytest.raises(Stopped):
+        guard.run(work)
     assert guard.reached == "seconds"
     assert not reports
     assert capsys.readouterr().err == ""
