@@ -52,6 +52,7 @@ PREAMBLE: Final = r"""\documentclass{article}
 \providecommand{\prefix}{\mathrel{\mathsf{prefix}}}
 \providecommand{\suffix}{\mathrel{\mathsf{suffix}}}
 \providecommand{\infix}{\mathrel{\mathsf{in}}}
+\providecommand{\inrel}[1]{\mathrel{\underline{#1}}}
 \providecommand{\partition}{\mathrel{\mathsf{partition}}}
 \providecommand{\disjoint}{\mathop{\mathsf{disjoint}}}
 \providecommand{\inbag}{\mathrel{\mathsf{in}}}
