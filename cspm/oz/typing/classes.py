@@ -15,6 +15,7 @@ from cspcheck.cspm.diagnostics import Diagnostic, DiagnosticSink
 from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
 from cspcheck.cspm.oz.typing.equations import check_equations, renamed_equations
+from cspcheck.cspm.oz.typing.identities import POOL, valued
 from cspcheck.cspm.oz.typing.objects import Flattened, ObjectClass, Objects
 from cspcheck.cspm.oz.typing.operation_calculus import Box, Surroundings, joined_sets
 from cspcheck.cspm.oz.typing.operations import PREFIXES, Boxes, inherited_operations
@@ -162,6 +163,8 @@ class _Builder:
         self.boxes: dict[str, Box] = {}
         """The schemas of parents, by the names of their operations."""
         self.objects: dict[str, ObjectEntry] = {}
+        values = valued(tree, frozenset(classes.trees))
+        self.flattening = Objects(classes.typing, self.scope, tree.name, self._object_class, values, report)
 
     def build(self) -> _Built:
         tree = self.tree
@@ -419,9 +422,10 @@ class _Builder:
     def _state(self) -> None:
         tree, paragraphs = self.tree, self.classes.paragraphs
         if tree.state is not None:
-            values, declared_objects = self._objects().split(tree.state.primary)
+            values, declared_objects = self.flattening.split(tree.state.primary)
             own = {d.name: d for d in paragraphs.declared(values, self.scope)}
-            flattened = self._objects().flattened(declared_objects)
+            flattened = self.flattening.flattened(declared_objects)
+            self.flattening.pools(tree.state.span, self.objects, flattened)
             own |= {d.name: d for d in flattened.primary}
             self._take_objects(flattened)
             included = list(paragraphs.included((*values, *tree.state.secondary), self.scope))
@@ -453,7 +457,7 @@ class _Builder:
             entry = StateEntry(declared.name, declared.type, secondary, declared.span)
             self.scope.add(declared.name, entry)
         for name, object_ in self.objects.items():
-            self.scope.add(name, object_)
+            self.scope.add(POOL + name if object_.pool else name, object_)
         if tree.state is not None:
             states = self.primary | self.secondary
             self._extend(self.invariant, [_of_states(predicate, states) for predicate in included])
@@ -461,10 +465,6 @@ class _Builder:
         if tree.initial is not None:
             self.initial = self.initial or []
             self._extend(self.initial, paragraphs.predicates(tree.initial.predicates, self.scope, "initial"))
-
-    def _objects(self) -> Objects:
-        typing = self.classes.typing
-        return Objects(typing, self.scope, self.tree.name, self._object_class, self.report)
 
     def _object_class(self, reference: s.Reference) -> ObjectClass:
         """The class of an attribute.
