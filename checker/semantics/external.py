@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from cspcheck.checker.semantics.steps import Normalise, Row, Step
+from cspcheck.cspm.process.construction import prefix
 from cspcheck.cspm.process.events import TAU, TICK
-from cspcheck.cspm.process.terms import STOP, TERMINATED, External, Process, Watchdog, prefix
+from cspcheck.cspm.process.terms import STOP, TERMINATED, External, Process, Watchdog
 
 Rows = Callable[[Process], Row]
 """The transitions of a state."""

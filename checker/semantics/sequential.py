@@ -12,6 +12,7 @@ from cspcheck.checker.budget import Incomplete
 from cspcheck.checker.semantics.external import prioritise_by_order
 from cspcheck.checker.semantics.machine_states import ExplicitMachine
 from cspcheck.checker.semantics.steps import Normalise, Row, Step
+from cspcheck.cspm.process.construction import prefix
 from cspcheck.cspm.process.events import TAU, TICK, EventSet, new_names
 from cspcheck.cspm.process.terms import (
     DIV,
@@ -40,7 +41,6 @@ from cspcheck.cspm.process.terms import (
     Stop,
     Terminated,
     Throw,
-    prefix,
 )
 
 MOST_TRANSITIONS = 1 << 22

@@ -11,15 +11,16 @@ from cspcheck.codegen.design.class_tasks import ClassProcesses, main_of, operati
 from cspcheck.codegen.design.classes import Classes, OperationDesign
 from cspcheck.codegen.design.data import Data
 from cspcheck.codegen.design.expressions import Expressions
+from cspcheck.codegen.design.functions import Functions
 from cspcheck.codegen.design.machine import OperationalSemantics, machine
 from cspcheck.codegen.design.model import ChannelDesign, ClassPart, Design, Instance, MethodDesign, TaskDesign
 from cspcheck.codegen.design.naming import camel, snake, unique
 from cspcheck.codegen.design.network import Alphabets, Group, Leaf, Network, Wire, network
-from cspcheck.codegen.design.pieces import RESERVED, InternalChoice, Lines, Method, NeedsStates, Plain, StateMethod, Use
+from cspcheck.codegen.design.pieces import RESERVED, InternalChoice, Method, NeedsStates, Plain, StateMethod, Use
 from cspcheck.codegen.design.tables import TableWriter
 from cspcheck.codegen.design.tasks import Processes
 from cspcheck.codegen.design.timing import Timing, timings, tock
-from cspcheck.codegen.quoting import literal, literals, phrase
+from cspcheck.codegen.quoting import literals
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
 from cspcheck.cspm.oz import core
@@ -67,12 +68,7 @@ class _Designer:
         self.internal_choice = internal_choice
         self.data = Data(script)
         self.constants: dict[object, str] = {}
-        self._functions: dict[Symbol, str] = {}
-        self._function_texts: list[str] = []
-        self._function_expressions = Expressions(script, self.data, self._function, "")
-        self._pending: list[Symbol] = []
-        self._untranslated: dict[Symbol, ScriptError] = {}
-        """Functions that have no counterpart, with the reason."""
+        self._functions = Functions(script, self.data)
         self._alphabets = Alphabets(script.events)
         self.rows_of: dict[int, int] = {}
         """The row in which each leaf begins whose task is a table."""
@@ -123,8 +119,8 @@ class _Designer:
             self.data,
             channels,
             tasks,
-            self._function_texts,
-            self._function_expressions.from_data,
+            self._functions.texts,
+            self._functions.expressions.from_data,
             tock(self.script.tree) if any(task.clocked for task in tasks) else None,
         )
 
@@ -150,14 +146,12 @@ class _Designer:
             for values in arguments:
                 for value in values:
                     self.data.literal(value, f"the arguments of `{symbol.name}`")
-            self._define_functions()
+            self._functions.define()
             return made
         except ScriptError as refused:
             if self.semantics is None:
                 raise
-            for one in self._pending:
-                del self._functions[one]
-            self._pending.clear()
+            self._functions.forget_pending()
             return self._table(symbol, numbers, found, timing, modules, refused)
 
     def _alphabet(self, reference: Reference) -> tuple[int, ...]:
@@ -359,7 +353,7 @@ class _Designer:
 
         plain: set[str] = set()
         while True:
-            expressions = Expressions(self.script, self.data, self._function)
+            expressions = Expressions(self.script, self.data, self._functions.name)
             processes = Processes(expressions, uses, self.internal_choice, plain)
             processes.timed = self.timed
             try:
@@ -404,7 +398,7 @@ class _Designer:
         assert self.classes is not None
         made = self.classes.design(model)
         declared = {channel.name: channel for channel in self.script.events.channels}
-        expressions = Expressions(self.script, self.data, self._function)
+        expressions = Expressions(self.script, self.data, self._functions.name)
         at = timing.at
         if at is not None and at in model.channels and model.channels[at].kind != "chan":
             at = f"{model.name}::{at}"
@@ -518,86 +512,6 @@ class _Designer:
             found.append(self.data.annotation(argument))
             type_ = types.resolve(type_.result)
         return found if len(found) == arity else ["Any"] * arity
-
-    # --- functions -------------------------------------------------------------------------------------------
-
-    def _function(self, symbol: Symbol, node: syntax.Node) -> str:
-        """The name of a function of the script in Python; its definition is made when all tasks are."""
-        known = self._functions.get(symbol)
-        if symbol in self._untranslated:
-            raise self._untranslated[symbol]
-        if known is None:
-            known = self._functions[symbol] = unique(snake(symbol.name), set(self._functions.values()))
-            self._pending.append(symbol)
-        return known
-
-    def _define_functions(self) -> None:
-        """Define the functions that a task has mentioned, and those that these mention.
-
-        Raises:
-            ScriptError: one has no counterpart; none of the new ones is kept.
-        """
-        texts, new = len(self._function_texts), []
-        while self._pending:
-            symbol = self._pending.pop(0)
-            new.append(symbol)
-            try:
-                self._define_function(symbol)
-            except ScriptError as error:
-                self._untranslated[symbol] = error
-                del self._function_texts[texts:]
-                for one in (*new, *self._pending):
-                    del self._functions[one]
-                self._pending.clear()
-                raise
-
-    def _define_function(self, symbol: Symbol) -> None:
-        declaration = symbol.declaration
-        expressions = self._function_expressions
-        if not isinstance(declaration, syntax.FunctionDefinition):
-            raise ScriptError(messages.not_generated(f"`{symbol.name}`", symbol.span))
-        first = declaration.clauses[0]
-        if len(first.groups) != 1:
-            raise expressions.refused(declaration, f"the curried definition `{declaration.name}`")
-        processes = Processes(expressions, lambda channel: Use(0, False, False), "refuse", set())
-        notes = processes._annotations(first.groups[0])
-        returns = "Any"
-        if self.script.types is not None:
-            result = types.resolve(self.script.types.scheme(symbol).type)
-            if isinstance(result, types.Function):
-                returns = self.data.annotation(result.result)
-        parameters = [f"value_{i + 1}" for i in range(len(notes))]
-        out = Lines()
-        simple = len(declaration.clauses) == 1
-        if simple:
-            with expressions.inside() as scope:
-                conditions: list[str] = []
-                bindings: list[str] = []
-                named = []
-                for pattern, parameter in zip(first.groups[0], parameters, strict=True):
-                    name = processes._parameter(pattern, scope.bind)
-                    named.append(parameter if name == "_" else name)
-                    if name == "_":
-                        processes._match(pattern, parameter, conditions, bindings)
-                if conditions:
-                    raise expressions.refused(declaration, f"the pattern of `{declaration.name}`")
-                head = ", ".join(f"{n}: {note}" for n, note in zip(named, notes, strict=True))
-                with out.block(f"def {self._functions[symbol]}({head}) -> {returns}:"):
-                    out.add(f'"""`{phrase(declaration.span.text)}`."""', *bindings)
-                    out.add(f"return {expressions.text(first.body)}")
-        else:
-            head = ", ".join(f"{n}: {note}" for n, note in zip(parameters, notes, strict=True))
-            with out.block(f"def {self._functions[symbol]}({head}) -> {returns}:"):
-                out.add(f'"""`{phrase(declaration.name)}`, clause by clause."""')
-                for clause in declaration.clauses:
-                    with expressions.inside():
-                        conditions, bindings = [], []
-                        for pattern, parameter in zip(clause.groups[0], parameters, strict=True):
-                            processes._match(pattern, parameter, conditions, bindings)
-                        with out.block(f"if {' and '.join(conditions) or 'True'}:"):
-                            out.add(*bindings, f"return {expressions.text(clause.body)}")
-                out.add(f"raise ValueError({literal(f'no clause of {declaration.name} matches')})")
-        self._function_texts.append("\n".join(out.lines))
 
 
 def _timed(declarations: tuple[syntax.Declaration, ...], inside: bool = False) -> Iterator[syntax.Declaration]:

@@ -11,6 +11,7 @@ from cspcheck.cspm.evaluator.core import PROCESSES, VALUES, Evaluator, unwrap
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.evaluator.timed import timed_stop, tocks
 from cspcheck.cspm.process import terms as process
+from cspcheck.cspm.process.construction import external_choice, hide, rename
 from cspcheck.cspm.process.events import EventSet
 from cspcheck.cspm.process.terms import Process
 from cspcheck.cspm.source import Span
@@ -64,7 +65,7 @@ def _binary(evaluator: Evaluator, node: syntax.ProcessBinary, frame: Frame) -> P
         if node.operator == "[]":
             if timing is not None:
                 return lambda env: process.SynchronisingChoice(tocks(timing), operands(env))
-            return lambda env: process.external_choice(operands(env))
+            return lambda env: external_choice(operands(env))
         if timing is not None:
             return lambda env: _parallel(evaluator, tocks(timing), operands(env))
         return lambda env: _parallel(evaluator, NO_EVENTS, operands(env))
@@ -142,7 +143,7 @@ def _hide(evaluator: Evaluator, node: syntax.Hide, frame: Frame) -> ProcessCode:
     events = evaluator.events(node.events, frame)
     if node.keep:
         return lambda env: process.Project(inner(env), events(env))
-    return lambda env: process.hide(inner(env), events(env))
+    return lambda env: hide(inner(env), events(env))
 
 
 # --- renaming and linking ------------------------------------------------------------------------------------
@@ -216,7 +217,7 @@ def _pairs(
 def _rename(evaluator: Evaluator, node: syntax.Rename, frame: Frame) -> ProcessCode:
     inner = evaluator.process(node.process, frame)
     pairs = _pairs(evaluator, node.pairs, node.statements, frame)
-    return lambda env: process.rename(inner(env), pairs(env))
+    return lambda env: rename(inner(env), pairs(env))
 
 
 def _links(evaluator: Evaluator, found: list[tuple[int, int]], span: Span) -> tuple[tuple[int, int], ...]:
@@ -262,7 +263,7 @@ def _replicated(evaluator: Evaluator, node: syntax.Replicated, frame: Frame) -> 
     match node.operator:
         case "[]":
             if timing is None:
-                return lambda env: process.external_choice(operands(env))
+                return lambda env: external_choice(operands(env))
             clock = timing
             return _joined(lambda env: tocks(clock), operands, process.SynchronisingChoice, stop)
         case "|~|":

@@ -13,6 +13,7 @@ from cspcheck.cspm.evaluator.builtins import Builtin
 from cspcheck.cspm.evaluator.builtins_processes import prioritise
 from cspcheck.cspm.evaluator.frames import Timing
 from cspcheck.cspm.process import terms as process
+from cspcheck.cspm.process.construction import prefix
 from cspcheck.cspm.process.events import EventSet
 from cspcheck.cspm.process.terms import Definition, Process, Reference
 from cspcheck.cspm.source import Span
@@ -38,7 +39,7 @@ def timed_stop(timing: Timing) -> Process:
     tock = timing.event.number
 
     def body() -> Process:
-        return process.prefix(tock, stop)
+        return prefix(tock, stop)
 
     stop = Reference(("timed STOP", timing.tock), Definition("STOP", None, body))
     return stop
@@ -49,7 +50,7 @@ def timed_skip(timing: Timing) -> Process:
     tock = timing.event.number
 
     def body() -> Process:
-        return process.ExternalChoice((process.prefix(tock, skip), process.SKIP))
+        return process.ExternalChoice((prefix(tock, skip), process.SKIP))
 
     skip = Reference(("timed SKIP", timing.tock), Definition("SKIP", None, body))
     return skip
@@ -63,7 +64,7 @@ def after_tocks(timing: Timing, count: Any, then: Process, span: Span | None = N
         raise Failure(messages.negative_duration(count, span))
     tock = timing.event.number
     for _ in range(count):
-        then = process.prefix(tock, then)
+        then = prefix(tock, then)
     return then
 
 
@@ -92,7 +93,7 @@ def timed_prefix(
     def body() -> Process:
         if all(event != tock for event, _ in offered.branches):
             return process.Prefix(tuple(sorted((*offered.branches, (tock, waiting)), key=_event)))
-        return process.ExternalChoice((process.prefix(tock, waiting), offered))
+        return process.ExternalChoice((prefix(tock, waiting), offered))
 
     def text() -> str:
         from cspcheck.cspm.process.text import describe

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from cspcheck.cspm.diagnostics import Diagnostic
     from cspcheck.cspm.parsing.lexer import Tokens
     from cspcheck.cspm.printing.declarations import Printer
-    from cspcheck.cspm.printing.expressions import Printing
+    from cspcheck.cspm.printing.patterns import Printing
     from cspcheck.cspm.source import Source, Span
     from cspcheck.cspm.syntax import tree as s
     from cspcheck.cspm.typing.inference.context import Context

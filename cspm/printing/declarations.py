@@ -9,8 +9,9 @@ from typing import Final
 
 from cspcheck.cspm.notation import extension
 from cspcheck.cspm.printing.brackets import ANYWHERE, NodePlace, after_colon, bracketed, commas, enclosed
-from cspcheck.cspm.printing.expressions import PRINTS, Expressions, Printing
+from cspcheck.cspm.printing.expressions import Expressions
 from cspcheck.cspm.printing.layout import HARD, LINE, SOFT, Doc, cat, group, join, nest
+from cspcheck.cspm.printing.patterns import PRINTS, Printing
 from cspcheck.cspm.syntax import tree as s
 
 # How loosely a type may bind in a place.

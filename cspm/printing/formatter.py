@@ -131,10 +131,10 @@ def _weave(tokens: Tokens, laid_out: str) -> str:
         blank = laid_out[end:start]
         taken = gaps.get(place, [])
         comments = [c for gap in taken for c in source_tokens.comments(gap)]
-        # `print` is the word only before a blank: a comment behind it goes in front of it.
-        if made_tokens.kinds[place] == "print":
+        # `print` is the word before a blank, and a name elsewhere: a comment behind it goes in front of it.
+        if laid_out[start : made_tokens.ends[place]] == "print":
             comments += [c for gap in gaps.get(place + 1, []) for c in source_tokens.comments(gap)]
-        elif place and made_tokens.kinds[place - 1] == "print":
+        elif place and laid_out[made_tokens.starts[place - 1] : end] == "print":
             comments = []
         apart = any(source_tokens.ends_apart(gap) for gap in taken)
         for part, comment in _gap(blank, comments, apart, made_tokens, place):

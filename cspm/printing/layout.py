@@ -7,6 +7,7 @@ that most groups are decided at once; everything runs on explicit stacks, so tha
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final, TypeAlias
@@ -107,6 +108,22 @@ def first_text(doc: Doc) -> str:
     return ""
 
 
+_PRINT: Final = re.compile(r'"(?:[^"\\\n]|\\.)*"|(?<![\w\'])print (?=(\S))')
+
+
+def names_kept(text: str) -> str:
+    """The text with no blank behind a name `print`: before a blank it would be the word that begins a line."""
+
+    def kept(found: re.Match[str]) -> str:
+        start, after = found.start(), found[1]
+        # At the start of a line it is the word, unless that line defines the name or gives it a type.
+        if after is None or ((start == 0 or text[start - 1] == "\n") and not text.startswith(("=", "::"), found.end())):
+            return found[0]
+        return "print\n  " if after.isalnum() else "print"
+
+    return _PRINT.sub(kept, text) if "print " in text else text
+
+
 def lay_out(doc: Doc, columns: int = WIDTH) -> str:
     """The text of the document in lines of *columns* where that is possible; no line ends in blanks."""
     out: list[str] = []
@@ -131,7 +148,7 @@ def lay_out(doc: Doc, columns: int = WIDTH) -> str:
         else:
             out.append(item.flat)
             column += len(item.flat)
-    return "\n".join(line.rstrip() for line in "".join(out).split("\n"))
+    return "\n".join(line.rstrip() for line in names_kept("".join(out)).split("\n"))
 
 
 def _fits(rest: Sequence[tuple[int, bool, Doc]], room: int) -> bool:

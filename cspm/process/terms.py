@@ -11,62 +11,19 @@ a reference.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
-from dataclasses import MISSING, dataclass, fields
-from functools import cache
-from typing import Any, ClassVar, Literal, Protocol, TypeAlias
-from weakref import KeyedRef
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Literal, Protocol, TypeAlias
 
 from cspcheck.cspm.process.events import EventSet
+from cspcheck.cspm.process.hash_consing import HashConsed
 from cspcheck.cspm.source import Span
-
-
-class _HashConsed(type):
-    """Calling a class with the operands of an existing term gives that term; those left out have their defaults."""
-
-    _terms: ClassVar[dict[tuple[Any, ...], KeyedRef[tuple[Any, ...], Any]]] = {}
-
-    def __call__(cls, *operands: Any) -> Any:
-        # A WeakValueDictionary does the same at twice the price; terms are made by the million.
-        key = (cls, *operands)
-        known = _HashConsed._terms.get(key)
-        if known is not None:
-            term = known()
-            if term is not None:
-                return term
-        defaults = _defaults(cls).get(len(operands))
-        if defaults is not None:
-            return cls(*operands, *defaults)  # only the term with all its operands is kept
-        term = super().__call__(*operands)
-        _HashConsed._terms[key] = KeyedRef(term, _forget, key)
-        return term
-
-
-@cache
-def _defaults(cls: type[Any]) -> dict[int, tuple[Any, ...]]:
-    """What the last operands of a class of terms are where they are left out, by the number of those given."""
-    found: dict[int, tuple[Any, ...]] = {}
-    defaults: tuple[Any, ...] = ()
-    operands = fields(cls)
-    for given in reversed(range(len(operands))):
-        if operands[given].default is MISSING:
-            break
-        defaults = (operands[given].default, *defaults)
-        found[given] = defaults
-    return found
-
 
 Operands: TypeAlias = "tuple[Process, ...]"
 
 
-def _forget(reference: KeyedRef[tuple[Any, ...], Any], _terms: dict[Any, Any] = _HashConsed._terms) -> None:
-    """Drop the entry of a term that nobody has any more, unless an equal one has taken its place."""
-    if _terms.get(reference.key) is reference:
-        del _terms[reference.key]
-
-
 @dataclass(frozen=True, eq=False, slots=True, weakref_slot=True)
-class Process(metaclass=_HashConsed):
+class Process(metaclass=HashConsed):
     """A process term. Construct subclasses with positional operands only.
 
     Each operator says here how it is written, which of its operands are running, and what it is with others in their
@@ -627,39 +584,3 @@ STOP = Stop()
 SKIP = Skip()
 TERMINATED = Terminated()
 DIV = Diverge()
-
-
-def prefix(event: int, process: Process) -> Process:
-    """``event -> process``."""
-    return Prefix(((event, process),))
-
-
-def external_choice(operands: Iterable[Process]) -> Process:
-    """``[]`` over *operands*: chains are flattened and STOP is dropped; none is STOP, one is itself."""
-    flat: list[Process] = []
-    for operand in operands:
-        if isinstance(operand, ExternalChoice):
-            flat.extend(operand.operands)
-        elif operand is not STOP:
-            flat.append(operand)
-    if not flat:
-        return STOP
-    return flat[0] if len(flat) == 1 else ExternalChoice(tuple(flat))
-
-
-def parallel(events: EventSet, operands: Sequence[Process], clocks: EventSet = NO_EVENTS) -> Process:
-    """``[| events |]`` over *operands*; none is SKIP, one is itself."""
-    if not operands:
-        return SKIP
-    return operands[0] if len(operands) == 1 else Parallel(events, tuple(operands), clocks)
-
-
-def hide(process: Process, events: EventSet) -> Process:
-    r"""``process \ events``; hiding nothing is the process itself."""
-    return Hide(process, events) if events else process
-
-
-def rename(process: Process, pairs: Iterable[tuple[int, int]]) -> Process:
-    """``process [[...]]``; renaming nothing is the process itself."""
-    distinct = tuple(sorted(set(pairs)))
-    return Rename(process, distinct) if distinct else process

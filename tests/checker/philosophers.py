@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from cspcheck.cspm.process.construction import prefix
 from cspcheck.cspm.process.events import EventSet
-from cspcheck.cspm.process.terms import AlphabetisedParallel, Definition, Prefix, Process, Reference, prefix
+from cspcheck.cspm.process.terms import AlphabetisedParallel, Definition, Prefix, Process, Reference
 
 STEPS = 6
 """Take left, take right, eat, put right, put left, think."""

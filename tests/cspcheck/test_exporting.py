@@ -276,3 +276,27 @@ def test_a_script_without_classes_is_written_in_one_file_and_without_what_is_our
     assert "assert P [T= P" in lines
     assert "assert (if card(Id) == 2 then STOP else DIV) :[divergence free]" in lines
     assert text.count("assert Q") == 1
+
+
+def test_a_channel_that_is_called_print_is_written_as_a_name() -> None:
+    script = load(
+        Source(
+            "printer.csp",
+            """
+class Out
+  chan print: [v! : 0..3]
+  main = print-> main
+  state n : 0..3
+  init n = 0
+  op com_print Delta(n) v! : 0..3 where v! = n and n' = (n + 1) mod 4
+end
+Q = print?y -> Q
+assert Out || Q :[deadlock free]
+assert Out :[has trace]: <print.0, print.1>
+""",
+        )
+    )
+    plain = load(Source("plain.csp", plain_text(script).text))
+
+    assert not plain.classes
+    assert [Checker(plain).check(a.node).verdict.value for a in plain.assertions] == ["pass", "pass"]

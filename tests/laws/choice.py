@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from cspcheck.cspm.process.construction import prefix
 from cspcheck.cspm.process.events import EventSet
-from cspcheck.cspm.process.terms import DIV, SKIP, STOP, Prefix, Process, SynchronisingChoice, prefix
+from cspcheck.cspm.process.terms import DIV, SKIP, STOP, Prefix, Process, SynchronisingChoice
 from tests.laws.notation import (
     NONE,
     Claim,

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from cspcheck.cspm.process.construction import prefix
 from cspcheck.cspm.process.events import EventSet
-from cspcheck.cspm.process.terms import DIV, SKIP, STOP, Prefix, Process, Project, Run, prefix
+from cspcheck.cspm.process.terms import DIV, SKIP, STOP, Prefix, Process, Project, Run
 from tests.laws.notation import (
     NONE,
     Claim,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from cspcheck.cspm.process.construction import prefix
 from cspcheck.cspm.process.events import EventSet
 from cspcheck.cspm.process.terms import (
     DIV,
@@ -13,7 +14,6 @@ from cspcheck.cspm.process.terms import (
     Prefix,
     Process,
     Run,
-    prefix,
 )
 from tests.laws.notation import (
     NONE,

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import pytest
 
+from cspcheck.cspm.process.construction import prefix
 from cspcheck.cspm.process.events import EventSet
-from cspcheck.cspm.process.terms import DIV, SKIP, STOP, Chaos, Process, prefix
+from cspcheck.cspm.process.terms import DIV, SKIP, STOP, Chaos, Process
 from tests.differential.engine import checker, said, visible
 from tests.laws.notation import (
     external,

@@ -6,8 +6,9 @@ from collections.abc import Iterable, Iterator
 from functools import lru_cache
 from itertools import product
 
+from cspcheck.cspm.process.construction import prefix
 from cspcheck.cspm.process.events import TICK, EventSet
-from cspcheck.cspm.process.terms import STOP, Buffer, ExternalChoice, Process, prefix
+from cspcheck.cspm.process.terms import STOP, Buffer, ExternalChoice, Process
 
 Trace = tuple[int, ...]
 """Events; tick at the end or nowhere."""

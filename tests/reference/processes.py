@@ -17,6 +17,7 @@ from itertools import count
 
 from hypothesis import strategies as st
 
+from cspcheck.cspm.process.construction import prefix
 from cspcheck.cspm.process.events import EventSet, EventTable
 from cspcheck.cspm.process.terms import (
     DIV,
@@ -44,7 +45,6 @@ from cspcheck.cspm.process.terms import (
     SynchronisingChoice,
     SynchronisingInterrupt,
     Throw,
-    prefix,
 )
 
 TABLE = EventTable()

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 import pytest
 from hypothesis import given, reject, settings
 
+from cspcheck.cspm.process.construction import prefix
 from cspcheck.cspm.process.events import TICK, EventSet
 from cspcheck.cspm.process.terms import (
     DIV,
@@ -21,7 +22,6 @@ from cspcheck.cspm.process.terms import (
     Process,
     Sequential,
     SlidingChoice,
-    prefix,
 )
 from tests.reference.behaviours import Failure, Trace
 from tests.reference.definitions import Definitions, TooMany

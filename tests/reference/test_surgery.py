@@ -6,7 +6,8 @@ import random
 
 from hypothesis import given, settings
 
-from cspcheck.cspm.process.terms import Process, prefix
+from cspcheck.cspm.process.construction import prefix
+from cspcheck.cspm.process.terms import Process
 from tests.reference.denotations import Semantics, TooLarge, Unguarded
 from tests.reference.processes import EVENTS, A, B, processes, random_process, recursive
 from tests.reference.surgery import parts, positions, rebuilt, references, relative, smaller, with_body

@@ -9,8 +9,9 @@ from math import inf
 
 import pytest
 
+from cspcheck.cspm.process.construction import prefix
 from cspcheck.cspm.process.events import TICK
-from cspcheck.cspm.process.terms import DIV, SKIP, STOP, ExternalChoice, InternalChoice, Process, prefix
+from cspcheck.cspm.process.terms import DIV, SKIP, STOP, ExternalChoice, InternalChoice, Process
 from tests.reference.behaviours import Trace, ticked
 from tests.reference.definitions import Definitions, TooMany
 from tests.reference.denotations import Semantics

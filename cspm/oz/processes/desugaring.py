@@ -289,6 +289,7 @@ class _Desugaring:
             mains=tuple(mains),
             done=Name(span=span, parts=(DONE,)),
             wider=tuple(self._wider(model)),
+            kept={c.name: self.fields.kept(c.name, len(c.parameters)) for c in model.channels.values()},
             datatypes=self._datatypes([p.type for c in model.channels.values() for p in c.parameters], span),
         )
         hidden = [Name(span=span, parts=(c.name,)) for c in local]

@@ -5,7 +5,8 @@ Imported when a script has classes; the rules below then join those of the langu
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from itertools import product
 from typing import Any
 
@@ -21,8 +22,9 @@ from cspcheck.cspm.oz.values.carriers import TooLarge, Unbounded
 from cspcheck.cspm.oz.values.conversion import Conversion
 from cspcheck.cspm.oz.values.enumeration import enumeration, membership
 from cspcheck.cspm.oz.values.evaluation import Evaluator as TermEvaluator, Scope
-from cspcheck.cspm.oz.values.terms import show_term
+from cspcheck.cspm.oz.values.terms import free_variables, show_term
 from cspcheck.cspm.process import terms as process
+from cspcheck.cspm.process.construction import hide, prefix
 from cspcheck.cspm.process.events import EventSet
 from cspcheck.cspm.process.terms import Process
 from cspcheck.cspm.syntax import tree as syntax
@@ -175,16 +177,30 @@ class _Events:
             self._values[channel] = found
         return self._values[channel]
 
-    def declared(self, channel: str, terms: TermEvaluator) -> list[int]:
-        """The events of a channel whose values are those that the class itself declares."""
+    def undeclared(
+        self, channel: str, terms: TermEvaluator, narrower: Mapping[str, Sequence[core.Term]] | None = None
+    ) -> EventSet:
+        """The events of a channel with a value outside what the class itself declares.
+
+        Args:
+            channel: its name.
+            terms: evaluates the sets.
+            narrower: further sets, by parameter, that its values lie in.
+        """
         scope = Scope()
         declared, _ = self._channels[channel]
+        carried = self.values(channel)
+        if carried is None:
+            return EventSet()  # nobody can list what is outside
         chosen = []
-        for parameter, values in zip(declared.parameters, self.values(channel) or (), strict=True):
-            inside = membership(terms, parameter.carrier, scope)
-            chosen.append([value for value in values if inside(scope.frame(), value)])
+        for parameter, values in zip(declared.parameters, carried, strict=True):
+            carriers = [parameter.carrier, *(narrower or {}).get(parameter.name, ())]
+            tests = [membership(terms, carrier, scope) for carrier in carriers]
+            chosen.append([value for value in values if all(inside(scope.frame(), value) for inside in tests)])
+        if all(len(some) == len(values) for some, values in zip(chosen, carried, strict=True)):
+            return EventSet()
         found = [self.event(channel, fields) for fields in product(*chosen)]
-        return [number for number in found if number is not None]
+        return self.all([channel]) - EventSet.of([number for number in found if number is not None])
 
     def all(self, channels: Sequence[str]) -> EventSet:
         """All events of some channels.
@@ -236,7 +252,9 @@ class Composition:
         for name, symbol in symbols.items():
             head = frame.unit.head(symbol)
             assert isinstance(head, ChannelHead)
-            heads[name] = (node.model.channels[name], head)
+            channel = node.model.channels[name]
+            fields = tuple([channel.parameters[position] for position in node.kept[name]])
+            heads[name] = (replace(channel, parameters=fields), head)
         self.events = _Events(heads, _conversion(evaluator, node, frame))
         self.clocks = evaluator.channels.table.clocks
         alphabets = Alphabets(names)
@@ -274,15 +292,14 @@ class Composition:
 
     def _control_view(self, control: Process | None) -> Process:
         """The CSP parts without the data; what only the data part does can happen at any time."""
-        in_main = {name for names in self.mentioned for name in names}
-        free = self.events.all([name for name in self.node.model.operations if name not in in_main])
+        free = self.free()
         if control is None:
             return process.Run(free) if free else process.STOP
         if not free:
             return control
         anything: Process = process.Run(free)
         if self.terminates:
-            anything = process.Interrupt(anything, process.prefix(self.done, process.SKIP))
+            anything = process.Interrupt(anything, prefix(self.done, process.SKIP))
         return self._beside(control, anything, EventSet())
 
     def _beside(self, control: Process, data: Process, synchronised: EventSet) -> Process:
@@ -290,8 +307,8 @@ class Composition:
         if not self.terminates:
             return process.Fused(process.Parallel(synchronised, (control, data), self.clocks))
         done = EventSet.of([self.done])
-        ending = process.Sequential(control, process.prefix(self.done, process.SKIP))
-        return process.Fused(process.hide(process.Parallel(synchronised | done, (ending, data), self.clocks), done))
+        ending = process.Sequential(control, prefix(self.done, process.SKIP))
+        return process.Fused(hide(process.Parallel(synchronised | done, (ending, data), self.clocks), done))
 
     def _control(self, mains: Sequence[Process]) -> Process | None:
         """The CSP parts side by side, on the events that they have in common."""
@@ -311,16 +328,42 @@ class Composition:
     def foreign(self) -> EventSet:
         """The events that the CSP parts mention and that are none of the class's own.
 
-        A channel carries what any of its classes declares; where there is a schema, it sees to that.
+        A channel carries what any of its classes declares; where there is a schema, the data part sees to that. In
+        the control view there is none: what the schema declares for the fields that are left is told here.
         """
-        if self.node.context.control:
-            return EventSet()
         in_main = {name for names in self.mentioned for name in names}
         terms = self.node.context.evaluator(self.node.model.name)
         found = EventSet()
-        for name in self.node.wider:
-            if name in in_main:
-                found = found | (self.events.all([name]) - EventSet.of(self.events.declared(name, terms)))
+        for name in in_main if self.node.context.control else in_main & set(self.node.wider):
+            found = found | self.events.undeclared(name, terms, self._declared_sets(name))
+        return found
+
+    def free(self) -> EventSet:
+        """The events that in the control view only the data part knows, and which can happen at any time."""
+        in_main = {name for names in self.mentioned for name in names}
+        terms = self.node.context.evaluator(self.node.model.name)
+        found = EventSet()
+        for name in self.node.model.operations:
+            if name not in in_main:
+                outside = self.events.undeclared(name, terms, self._declared_sets(name))
+                found = found | (self.events.all([name]) - outside)
+        return found
+
+    def _declared_sets(self, name: str) -> dict[str, list[core.Term]]:
+        """The sets that the schemas of an operation declare for its parameters, as far as they do not depend on data.
+
+        An effect behind a guard says nothing here: outside its sets the operation is not refused, it diverges.
+        """
+        operation = self.node.model.operations.get(name)
+        found: dict[str, list[core.Term]] = {}
+        if operation is None:
+            return found
+        for term in operation.effect if operation.form == "com" else operation.guard:
+            if isinstance(term, core.Apply) and term.operator == "in":
+                value, carrier = term.operands
+                known = all(role == "constant" for _, role in free_variables(carrier))
+                if isinstance(value, core.Variable) and value.role in ("input", "output", "simple") and known:
+                    found.setdefault(value.name, []).append(carrier)
         return found
 
 

@@ -6,6 +6,7 @@ evaluation treat what a class brings like everything else in the script.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -57,7 +58,8 @@ class ClassProcess(Foreign):
 
     ``channels`` are all its channels and methods, ``mains`` the ``main`` of each of its process parts; ``done`` is
     the private event by which its data part agrees to terminate. ``wider`` are the channels without schema that may
-    carry more than the class declares for them.
+    carry more than the class declares for them. ``kept`` are, for each channel, the positions of the parameters that
+    are fields of its events.
     """
 
     model: core.ClassModel = field(compare=False, repr=False)
@@ -65,6 +67,7 @@ class ClassProcess(Foreign):
     mains: tuple[Name, ...]
     done: Name
     wider: tuple[str, ...] = ()
+    kept: Mapping[str, Sequence[int]] = field(compare=False, repr=False)
 
     @property
     def names(self) -> tuple[Name, ...]:

@@ -11,9 +11,10 @@ from dataclasses import dataclass, replace
 
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError, Severity
 from cspcheck.cspm.oz import core, syntax as s
-from cspcheck.cspm.oz.typing import messages as messages
+from cspcheck.cspm.oz.typing import messages as messages, type_messages
 from cspcheck.cspm.oz.typing.classes import Classes
 from cspcheck.cspm.oz.typing.fitting import Misfit, fit
+from cspcheck.cspm.oz.typing.forms import sets_of_one_range
 from cspcheck.cspm.oz.typing.interfaces import compare_interfaces, settled
 from cspcheck.cspm.oz.typing.paragraphs import Paragraphs
 from cspcheck.cspm.oz.typing.scopes import AmbiguousEntry, ClassEntry, Scope, SetEntry, VariableEntry, toolkit
@@ -101,6 +102,10 @@ class _Elaboration:
                     retrieves[found.name] = found
         self.scope = classes.parameters
         readings = [self._reading(d) for d in self.declarations if isinstance(d, s.Reading)]
+        for paragraph in self.declarations:
+            if isinstance(paragraph, s.Paragraph):
+                for display, inner in sets_of_one_range(paragraph):
+                    self.report(type_messages.set_of_one_range(print_term(display), print_term(inner), display.span))
         errors = self._errors()
         warnings = [d for d in self.diagnostics if d.severity is Severity.WARNING]
         if errors:

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import fields
+from typing import Any
+
 from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.core import INT, Apply, Binder, Constant, SetType, Term, Variable
 from cspcheck.cspm.oz.typing import type_messages as messages
 from cspcheck.cspm.oz.typing.fitting import unknown_in
 from cspcheck.cspm.oz.typing.scopes import ConstructorEntry, Scope
 from cspcheck.cspm.oz.typing.typing_operators import Wrong
+from cspcheck.cspm.syntax.tree import Node
 
 
 def row(node: s.Operator, name: str) -> list[s.Term]:
@@ -21,6 +26,21 @@ def row(node: s.Operator, name: str) -> list[s.Term]:
         else:
             found.append(term)
     return found
+
+
+def sets_of_one_range(node: Node) -> Iterator[tuple[s.Display, s.Operator]]:
+    """The sets ``{m..n}`` from which declarations below a node take their values, each with the range in it."""
+    stack: list[Any] = [node]
+    while stack:
+        found = stack.pop()
+        if isinstance(found, tuple):
+            stack.extend(reversed(found))
+        elif isinstance(found, Node):
+            if isinstance(found, s.Declare):
+                match found.carrier:
+                    case s.Display(kind="set", items=(s.Operator(name="range") as inner,)) as display:
+                        yield display, inner
+            stack.extend(getattr(found, f.name) for f in reversed(fields(found)) if f.name != "span")
 
 
 def dotted(node: s.Term) -> tuple[str, s.Term | None] | None:

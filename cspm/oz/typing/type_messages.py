@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cspcheck.cspm.diagnostics import Diagnostic, Label, mistake
+from cspcheck.cspm.diagnostics import Diagnostic, Label, Severity, mistake
 from cspcheck.cspm.source import Span
 
 
@@ -236,6 +236,28 @@ def no_schema(found: str, span: Span) -> Diagnostic:
 def no_schema_here(span: Span) -> Diagnostic:
     """A schema where only declarations of variables have a meaning."""
     return Diagnostic("CSP631", "a schema cannot be included here", span, help="declare its components")
+
+
+@mistake(
+    "CSP647",
+    "a variable is taken from a set of one set of numbers",
+    explanation=(
+        "In a class `x : S` takes x from the set S. `0..3` is a set of numbers already; `{0..3}` is the set whose one "
+        "element is that set, so that x can be nothing but `0..3`. In a channel declaration of CSPm it is the other "
+        "way round: `channel c : {0..3}`."
+    ),
+    example="class C\n  chan tick\n  state\n    x : {0..3}\nend",
+    repair="class C\n  chan tick\n  state\n    x : 0..3\nend",
+)
+def set_of_one_range(written: str, inner: str, span: Span) -> Diagnostic:
+    """A declaration whose set has one element, a set of numbers."""
+    return Diagnostic(
+        "CSP647",
+        f"the one element of `{written}` is the set `{inner}`",
+        span,
+        Severity.WARNING,
+        help=f"for a number write `{inner}`",
+    )
 
 
 def no_component(name: str, span: Span, suggested: Sequence[str]) -> Diagnostic:

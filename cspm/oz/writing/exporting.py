@@ -36,6 +36,7 @@ from cspcheck.cspm.oz.writing.parametric import data_process
 from cspcheck.cspm.oz.writing.reached import Reach, flat
 from cspcheck.cspm.parsing.lexer import KEYWORDS
 from cspcheck.cspm.parsing.reading import parse
+from cspcheck.cspm.printing.layout import names_kept
 from cspcheck.cspm.printing.printer import print_assertion, print_expression, print_script
 from cspcheck.cspm.process import terms as process
 from cspcheck.cspm.process.events import EventSet
@@ -123,7 +124,7 @@ class _Export:
         if self.reals:
             values = " | ".join(self.reals.values())
             chunks.insert(0, f"datatype {self._flat('Real_')} = {values}")
-        text = "\n\n".join(["\n".join(head), *chunks, *assertions]) + "\n"
+        text = names_kept("\n\n".join(["\n".join(head), *chunks, *assertions])) + "\n"
         return Exported(text, tuple([messages.assertion_left_out(a.text, a.node.span) for a in dropped]))
 
     def _context(self) -> ClassContext:
@@ -342,7 +343,7 @@ class _Export:
         chunks: list[str] = []
         done = self._flat(f"{name}::{node.done.text}")
         if context.control:
-            free = composition.events.all([o for o in operations if o not in known])
+            free = composition.free()
             if not control:
                 return [f"RUN({self._events(free)})" if free else "STOP"]
             if not free:

@@ -21,7 +21,7 @@ from cspcheck.cspm.syntax import tree as s
 
 if TYPE_CHECKING:
     from cspcheck.cspm.printing.declarations import Printer
-    from cspcheck.cspm.printing.expressions import Printing
+    from cspcheck.cspm.printing.patterns import Printing
 
 _LOOSEST_FIRST: Final = ("parallel_open", "enrich", "parallel", "choice", "or", "and", "compose", "hide")
 OPERATION_LEVELS: Final = {name: level for level, name in enumerate(_LOOSEST_FIRST, 1)}

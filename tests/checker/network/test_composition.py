@@ -11,6 +11,7 @@ from cspcheck.checker.network.compiler import Compiler, compile_network
 from cspcheck.checker.network.network import Network, Rule
 from cspcheck.checker.semantics.transitions import LimitReached, explore
 from cspcheck.checker.verdict import Limits
+from cspcheck.cspm.process.construction import prefix
 from cspcheck.cspm.process.events import TAU, TICK, EventSet
 from cspcheck.cspm.process.terms import (
     SKIP,
@@ -27,7 +28,6 @@ from cspcheck.cspm.process.terms import (
     Project,
     Reference,
     Rename,
-    prefix,
 )
 from tests.checker.exploring import interpreted, rows_of, strongly_bisimilar, transitions_in
 from tests.checker.philosophers import machine_of_philosophers, philosophers

@@ -13,6 +13,7 @@ from cspcheck.checker.network.network import Network, Rule, Switch
 from cspcheck.checker.network.placement import network_of
 from cspcheck.checker.network.shapes import Ambiguous, Unsuited
 from cspcheck.checker.semantics.transitions import Semantics
+from cspcheck.cspm.process.construction import prefix
 from cspcheck.cspm.process.events import TAU, TICK, EventSet
 from cspcheck.cspm.process.terms import (
     SKIP,
@@ -28,7 +29,6 @@ from cspcheck.cspm.process.terms import (
     SynchronisingChoice,
     SynchronisingInterrupt,
     Throw,
-    prefix,
 )
 from tests.checker.exploring import interpreted, transitions_in
 from tests.checker.network.test_composition import assert_same_machine, loop

@@ -9,6 +9,7 @@ from cspcheck.checker.network.compiler import Compiler, compile_network
 from cspcheck.checker.semantics.transitions import LimitReached
 from cspcheck.checker.verdict import Limits
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
+from cspcheck.cspm.process.construction import prefix
 from cspcheck.cspm.process.events import EventSet
 from cspcheck.cspm.process.terms import (
     SKIP,
@@ -22,7 +23,6 @@ from cspcheck.cspm.process.terms import (
     Reference,
     Rename,
     Sequential,
-    prefix,
 )
 from tests.checker.exploring import interpreted
 from tests.checker.network.test_composition import assert_same_machine, loop

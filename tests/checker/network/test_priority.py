@@ -12,16 +12,9 @@ from cspcheck.checker.packing.packed import pack
 from cspcheck.checker.search import exploration
 from cspcheck.checker.semantics.transitions import explore
 from cspcheck.checker.verdict import Limits
+from cspcheck.cspm.process.construction import prefix
 from cspcheck.cspm.process.events import FIRST_EVENT, EventSet
-from cspcheck.cspm.process.terms import (
-    External,
-    Hide,
-    Parallel,
-    Prioritised,
-    Process,
-    Rename,
-    prefix,
-)
+from cspcheck.cspm.process.terms import External, Hide, Parallel, Prioritised, Process, Rename
 from tests.checker.exploring import rows_of, strongly_bisimilar
 from tests.checker.network.test_composition import assert_same_machine, loop
 from tests.checker.terms import compositions, event_sets, layered

@@ -18,6 +18,7 @@ from cspcheck.checker.network.placement import network_of
 from cspcheck.checker.network.shapes import Unsuited
 from cspcheck.checker.semantics.transitions import LimitReached, Semantics, explore, transitions
 from cspcheck.checker.verdict import Limits
+from cspcheck.cspm.process.construction import prefix
 from cspcheck.cspm.process.events import FIRST_EVENT, TAU, TICK, EventSet
 from cspcheck.cspm.process.terms import (
     NO_EVENTS,
@@ -31,7 +32,6 @@ from cspcheck.cspm.process.terms import (
     Process,
     Rename,
     Sequential,
-    prefix,
 )
 from tests.checker.exploring import rows_of, strongly_bisimilar
 from tests.checker.network.test_composition import assert_same_machine

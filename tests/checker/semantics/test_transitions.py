@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cspcheck.checker.semantics.transitions import explore, transitions
+from cspcheck.cspm.process.construction import prefix
 from cspcheck.cspm.process.events import TAU, TICK, EventSet
 from cspcheck.cspm.process.terms import (
     DIV,
@@ -27,7 +28,6 @@ from cspcheck.cspm.process.terms import (
     Sequential,
     SlidingChoice,
     Throw,
-    prefix,
 )
 from tests.checker.terms import reference
 

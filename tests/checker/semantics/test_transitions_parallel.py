@@ -7,6 +7,7 @@ from hypothesis import assume, given, settings
 
 from cspcheck.checker.semantics.transitions import LimitReached, explore, transitions
 from cspcheck.checker.verdict import Limits
+from cspcheck.cspm.process.construction import prefix
 from cspcheck.cspm.process.events import TAU, TICK, EventSet
 from cspcheck.cspm.process.terms import (
     SKIP,
@@ -23,7 +24,6 @@ from cspcheck.cspm.process.terms import (
     Rename,
     SynchronisingChoice,
     SynchronisingInterrupt,
-    prefix,
 )
 from tests.checker.exploring import rows_of, strongly_bisimilar
 from tests.checker.terms import processes, reference

@@ -9,6 +9,7 @@ from cspcheck.checker.semantics.head_normal import HeadNormalForms
 from cspcheck.checker.semantics.transitions import LimitReached, Semantics, explore, transitions
 from cspcheck.checker.verdict import Limits
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
+from cspcheck.cspm.process.construction import prefix
 from cspcheck.cspm.process.events import TAU, EventSet
 from cspcheck.cspm.process.terms import (
     SKIP,
@@ -25,7 +26,6 @@ from cspcheck.cspm.process.terms import (
     Sequential,
     SlidingChoice,
     Throw,
-    prefix,
 )
 from cspcheck.cspm.source import Source, Span
 from tests.checker.terms import reference

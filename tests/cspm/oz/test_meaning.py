@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from fractions import Fraction
 from itertools import product
 from typing import Any
 
@@ -15,24 +14,13 @@ from cspcheck.checker.proof.answer import specification_of
 from cspcheck.checker.semantics.transitions import explore
 from cspcheck.checker.verdict import Limits, Verdict
 from cspcheck.cspm.diagnostics import ScriptError
-from cspcheck.cspm.notation import ClassReading
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.process import terms as process
+from cspcheck.cspm.process.construction import external_choice, prefix
 from cspcheck.cspm.process.terms import Definition, Process, Reference
-from cspcheck.cspm.script import Script, load
-from cspcheck.cspm.source import Source
+from cspcheck.cspm.script import Script
+from tests.cspm.oz.asking import outcome, script
 from tests.cspm.oz.naive import interpret
-
-
-def script(text: str, **semantics: Any) -> Script:
-    return load(Source("classes.csp", text), semantics=ClassReading(**semantics))
-
-
-def outcome(text: str, assertion: str, **semantics: Any) -> tuple[str, str | None]:
-    """Verdict and reason of an assertion about a script."""
-    loaded = script(text, **semantics)
-    found = Checker(loaded).check(loaded.assertion(assertion).node)
-    return found.verdict.value, found.reason
 
 
 def states(loaded: Script, text: str) -> int:
@@ -118,7 +106,7 @@ class BruteForce:
         return Reference(("brute force", id(self), state), Definition(str(state), None, lambda: self.body(state)))
 
     def body(self, state: tuple[int, ...]) -> Process:
-        return process.external_choice(
+        return external_choice(
             offer for operation in self.model.operations.values() for offer in self.offers(state, operation)
         )
 
@@ -144,9 +132,9 @@ class BruteForce:
                     choices.setdefault(number, process.DIV)
             if operation.form in ("guarded", "effect"):
                 choices = {n: p for n, p in choices.items() if p is not process.DIV} or choices
-            offers = [process.prefix(number, after) for number, after in choices.items()]
+            offers = [prefix(number, after) for number, after in choices.items()]
             if offers:
-                yield process.external_choice(offers) if self.angelic else process.InternalChoice(tuple(offers))
+                yield external_choice(offers) if self.angelic else process.InternalChoice(tuple(offers))
 
     def step(
         self, before: tuple[int, ...], after: tuple[int, ...], env: dict[Any, int], operation: core.Operation
@@ -448,6 +436,38 @@ end
     assert outcome(text, "Relay :[deadlock free]", view="control")[0] == "pass"
 
 
+def test_the_control_view_keeps_to_the_declared_sets_of_the_fields_that_are_left() -> None:
+    text = """
+class Lift
+  chan call : [floor : 0..5; load! : 0..9]
+  chan open : [floor : 0..5]
+  chan stop : [floor : 0..5]
+  main = call?f -> main
+  state n : 0..5
+  init n = 0
+  op com_call Delta(n) floor : 1..4; load! : 0..9 where n' = floor
+  op enable_open floor : {2, n + 1, 5}
+  op effect_open floor : 2..3 where true
+  op enable_stop floor : 2..3
+  op effect_stop floor : {3} where true
+end
+class Guest
+  chan stop : [floor : 0..2]
+  main = stop?f -> main
+end
+"""
+
+    def possible(process: str, *events: str) -> list[str]:
+        return [e for e in events if outcome(text, f"{process} :[has trace]: <{e}>", view="control")[0] == "pass"]
+
+    floors = range(6)
+    assert possible("Lift", *[f"call.{n}" for n in floors]) == ["call.1", "call.2", "call.3", "call.4"]
+    assert possible("Lift", *[f"stop.{n}" for n in floors]) == ["stop.2", "stop.3"], "outside its effect it diverges"
+    assert len(possible("Lift", *[f"open.{n}" for n in floors])) == 6, "what depends on data is open"
+    assert possible("Guest", *[f"stop.{n}" for n in floors]) == ["stop.0", "stop.1", "stop.2"]
+    assert possible("Lift || Guest", *[f"stop.{n}" for n in floors]) == ["stop.2"]
+
+
 def test_an_operation_that_main_does_not_mention_can_happen_at_any_time() -> None:
     text = COUNTER.replace("state n", "main = inc -> dec -> main\n  state n")
 
@@ -502,103 +522,3 @@ def test_whether_a_subclass_refines_its_parent_is_asked_like_any_refinement() ->
     assert outcome(INHERITED, "Periodic [T= Task \\ {| report |}")[0] == "pass"
     assert outcome(INHERITED, "Periodic [FD= Task \\ {| report |}")[0] == "pass"
     assert outcome(INHERITED, "Task [FD= Periodic")[0] == "fail"
-
-
-# --- values in CSPm --------------------------------------------------------------------------------------------------
-
-VALUES = """
-STATUS ::= normal | alert<<0..1>>
-SPEED == {v : real | -1.0 <= v <= 1.0}
-reading SPEED = {-1.0, 0.5, 1.0}
-schema Data
-  vx, vy : SPEED
-end
-const limit : nat where limit = 2 end
-datatype Colour = red | green
-class C
-  chan status : [s! : STATUS]
-  chan data : [d? : Data]
-  chan paint : [c? : Colour]
-  chan trail : [q! : seq SPEED]
-  chan table : [f! : 0..1 --> Colour]
-  state last : Data; colour : Colour; level : 0..limit
-  init last.vx = 1.0 and last.vy = -1.0 and colour = red and level = 0
-  op com_status Delta(level) s! : STATUS where
-    s! = (if level = limit then alert(1) else normal)
-    level' = (if level = limit then 0 else level + 1)
-  op com_data Delta(last) d? : Data where last' = d?
-  op com_paint Delta(colour) c? : Colour where colour' = c?
-  op com_table f! : 0..1 --> Colour where f! = {0 |-> colour, 1 |-> red}
-end
-P = status?alert.n -> paint!green -> STOP [] status.normal -> P
-"""
-
-
-def test_values_of_classes_are_values_of_the_script() -> None:
-    loaded = script(VALUES.replace("  chan trail : [q! : seq SPEED]\n", ""))
-
-    assert loaded.evaluate("STATUS") == {"normal", "alert.0", "alert.1"}
-    assert loaded.show("SPEED") == "{ -1, 0.5, 1}"
-    assert loaded.evaluate("card(Data)") == 9
-    assert loaded.evaluate("limit") == 2
-    assert loaded.evaluate("SPEED") == {Fraction(-1), Fraction(1, 2), Fraction(1)}
-    assert loaded.evaluate("card({| data, table |})") == 9 + 4
-    names = {loaded.events.name(number) for number in loaded.event_set("{| data, table |}")}
-    assert "data.(-1, 0.5)" in names
-    assert "table.(| 0 => green, 1 => red |)" in names
-
-
-def test_classes_and_processes_of_the_script_meet_on_their_channels() -> None:
-    text = VALUES.replace("  chan trail : [q! : seq SPEED]\n", "")
-    joined = "C [| {| status, paint |} |] P"
-
-    assert (
-        outcome(text, f"{joined} :[has trace]: <status.normal, status.normal, status.alert.1, paint.green>")[0]
-        == "pass"
-    )
-    assert outcome(text, f"{joined} :[has trace]: <status.alert.1>")[0] == "fail"
-
-
-def test_a_channel_may_be_declared_by_the_script() -> None:
-    text = "channel a : {0..5}\nclass C\n  chan a : [x? : 0..2]\n  op com_a x? : 0..2\nend\nP = a?x -> P\n"
-
-    assert script(text).evaluate("card({| a |})") == 6
-    assert outcome(text, "C :[has trace]: <a.2>")[0] == "pass"
-    assert outcome(text, "C :[has trace]: <a.3>")[0] == "fail"
-
-
-def test_channels_may_carry_more_than_can_be_gone_through() -> None:
-    text = """
-class C
-  chan wide : [x! : 0..10000000000]
-  chan sets : [s! : power (0..40)]
-  state n : 0..10000000000
-  init n = 9999999999
-  op com_wide Delta(n) x! : 0..10000000000 where n' = n + 1 and x! = n
-  op com_sets s! : power (0..40) where s! = {1, n mod 7}
-end
-"""
-    assert outcome(text, "C :[has trace]: <wide.9999999999>")[0] == "pass"
-    assert outcome(text, "C :[has trace]: <wide.9999999999, wide.10000000000>")[0] == "fail", "n' would be too large"
-    assert outcome(text, "C :[has trace]: <sets.{1, 3}>")[0] == "pass"
-    assert outcome(text, "C :[deadlock free]")[0] == "pass"
-    with pytest.raises(ScriptError, match="CSP682"):
-        script(text + "P = sets?x -> P\n").process("P").body()  # type: ignore[attr-defined]
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("channel C\nclass C\n  chan a\nend\n", "`C` is a class and something else as well"),
-        (
-            "given M\nreading M = 2\nM_1 = STOP\nclass C\n  chan a : [x : M]\nend\n",
-            "`M_1` is an element of the given set `M`",
-        ),
-    ],
-)
-def test_names_that_classes_need_are_theirs(text: str, message: str) -> None:
-    with pytest.raises(ScriptError) as error:
-        script(text)
-
-    assert error.value.diagnostics[0].code == "CSP685"
-    assert message in error.value.diagnostics[0].message

@@ -58,3 +58,34 @@ def test_habits_are_told_with_their_repair(lines: str, help_: str) -> None:
         load(Source("c.csp", text))
 
     assert error.value.diagnostics[0].help == help_
+
+
+def test_a_set_of_one_range_is_told_where_no_type_clashes() -> None:
+    text = """channel plain : {0..3}
+
+const limit : {1..2}
+
+class C
+  chan up : [v? : {0..3}; w! : 0..3]
+  state n : {0..3}; s : power (0..3); t : {0..3, 1..2}
+  init forall k : {0..1} @ k = k
+  op com_up v? : {0..3}; w! : 0..3 where w! = 0
+end
+"""
+    script = load(Source("c.csp", text))
+
+    told = [(warning.span.line, warning.help) for warning in script.warnings if warning.code == "CSP647"]
+    assert told == [
+        (3, "for a number write `1..2`"),
+        (6, "for a number write `0..3`"),
+        (7, "for a number write `0..3`"),
+        (8, "for a number write `0..1`"),
+        (9, "for a number write `0..3`"),
+    ]
+
+
+def test_a_mistake_of_type_comes_with_the_set_that_it_is_due_to() -> None:
+    with pytest.raises(ScriptError) as error:
+        load(Source("c.csp", "class C\n  chan up\n  state n : {0..3}\n  op com_up Delta(n) where n' = n + 1\nend\n"))
+
+    assert [diagnostic.code for diagnostic in error.value.diagnostics] == ["CSP632", "CSP647"]

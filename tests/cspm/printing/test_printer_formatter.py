@@ -161,3 +161,40 @@ def test_annotations_of_what_an_include_defines_are_no_mistake() -> None:
     assert formatted(text) == text
     with pytest.raises(ScriptError, match="CSP162"):
         parse(Source("", text), include=lambda path: Source(path, ""))
+
+
+def test_a_name_print_stays_a_name() -> None:
+    before = (
+        "channel print: {0..3}\n"
+        "channel other,print'\n"
+        "P=print!1->print?x->other->P\n"
+        "R=P [[print<-print]] \\ {|print|}\n"
+        "f(x)=let y=print\n  within y\n"
+        "g(x)=<print|y<-x>\n"
+        'print "of print it is"\n'
+        "Q=print-- said\n  ?x->STOP\n"
+        "S={|print{- in -},other|}\n"
+    )
+    after = (
+        "channel print: {0..3}\n"
+        "channel other, print'\n"
+        "P = print!1 -> print?x -> other -> P\n"
+        "R = P[[ print<- print]] \\ {| print|}\n"
+        "f(x) =\n  let\n    y = print\n  within y\n"
+        "g(x) = <print| y <- x>\n"
+        'print "of print it is"\n'
+        "Q =  -- said\n    print?x -> STOP\n"
+        "S = {| {- in -} print, other |}\n"
+    )
+
+    assert format_source(Source("script.csp", before)) == after
+    assert format_source(Source("script.csp", after)) == after
+
+
+def test_a_name_print_before_a_word_stands_at_the_end_of_a_line() -> None:
+    made = format_source(
+        Source("script.csp", "f(x, print) = if print\n  and x then 1 else 2\nprint= 3\nprint f(1, 2)\n")
+    )
+
+    assert made == "f(x, print) = if print\n  and x then 1 else 2\nprint= 3\nprint f(1, 2)\n"
+    assert len(parse(Source("script.csp", made)).declarations) == 3

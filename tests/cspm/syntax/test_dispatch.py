@@ -12,7 +12,7 @@ import cspcheck.cspm.typing.inference  # noqa: F401 -- they fill the tables
 from cspcheck.cspm.evaluator.core import VALUES
 from cspcheck.cspm.naming.resolve import TIES
 from cspcheck.cspm.printing.declarations import Printer  # noqa: F401 -- fills the table
-from cspcheck.cspm.printing.expressions import PRINTS
+from cspcheck.cspm.printing.patterns import PRINTS
 from cspcheck.cspm.syntax import tree as s
 from cspcheck.cspm.syntax.dispatch import Dispatch
 from cspcheck.cspm.syntax.nodes import Node
