@@ -1,6 +1,6 @@
-"""The steps of the build that ``pyproject.toml`` cannot say: the parse table, and the description of a release.
+"""The steps of the build that ``pyproject.toml`` cannot say: the parse tables, and the description of a release.
 
-The table is made once and shipped with the grammar; otherwise each user's first run would compute it, with Lark, and
+A table is made once and shipped with its grammar; otherwise each user's first run would compute it, with Lark, and
 keep it in a cache. The description is the README without its links to other files of the repository: where a release is
 described, these lead nowhere.
 """
@@ -18,17 +18,19 @@ ROOT = Path(__file__).resolve().parent
 _LINK_INSIDE = re.compile(r"(?<!!)\[([^]\n]+)\]\((?![a-z]+:)[^)\s]+\)")
 
 
-class BuildWithTable(build_py):
-    """Copies the package and puts the table beside the grammar in the copy; a checkout stays as it is."""
+class BuildWithTables(build_py):
+    """Copies the package and puts the table beside each grammar in the copy; a checkout stays as it is."""
 
     def run(self) -> None:
         """Build."""
         super().run()
         if not self.editable_mode:
             sys.path.insert(0, str(ROOT))
-            from cspcheck.cspm.parsing.table import GRAMMAR, ship
+            from cspcheck.cspm.oz.reading.reader import OZ
+            from cspcheck.cspm.parsing.table import CSPM, ship
 
-            ship(Path(self.build_lib) / GRAMMAR.relative_to(ROOT))
+            for grammar in (CSPM, OZ):
+                ship(grammar, Path(self.build_lib) / grammar.path.relative_to(ROOT))
 
 
 def description() -> str:
@@ -37,7 +39,7 @@ def description() -> str:
 
 
 setup(
-    cmdclass={"build_py": BuildWithTable},
+    cmdclass={"build_py": BuildWithTables},
     long_description=description(),
     long_description_content_type="text/markdown",
 )

@@ -149,6 +149,9 @@ def coverage(exploration: Covered) -> str:
     return f"{states:,} {noun} explored to depth {exploration.depth}"
 
 
+NO_ROOM = "no room left on the disk of `--spill`"
+"""The reason of a verdict where a search on disk had nowhere to go on."""
+
 OUT_OF_MEMORY = "out of memory"
 """The reason of a verdict where the system had no more memory to give."""
 
@@ -180,7 +183,7 @@ def _reached(stop: str | None, limits: Limits) -> str:
     if stop == "seconds":
         return f"time limit of {limits.seconds:g} s reached"
     if stop == "disk":
-        return "no room left on the disk of `--spill`"
+        return NO_ROOM
     if stop == "memory":
         return f"memory limit of {_bytes(limits.memory_bytes or 0)} reached"
     raise AssertionError(f"a search without a result ended for the reason {stop}")

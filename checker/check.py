@@ -8,8 +8,8 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, TypeGuard
 
-from cspcheck.checker.budget import Budget, Incomplete
-from cspcheck.checker.checks.context import Context
+from cspcheck.checker.budget import NO_ROOM, Budget, Incomplete
+from cspcheck.checker.checks.context import Context, Sure
 from cspcheck.checker.checks.determinism import deterministic
 from cspcheck.checker.checks.observed_refinement import ObservedModel, refines_observed
 from cspcheck.checker.checks.properties import deadlock_free, divergence_free, has_trace
@@ -21,6 +21,7 @@ from cspcheck.checker.lts import Lts
 from cspcheck.checker.search.beyond import Beyond
 from cspcheck.checker.search.checkpoint import Checkpoints
 from cspcheck.checker.search.exploration import Progress
+from cspcheck.checker.search.spill import Spill, is_full
 from cspcheck.checker.specification.normal_form import FailuresModel, NormalModel
 from cspcheck.checker.verdict import (
     DEFAULT_MODELS,
@@ -110,6 +111,7 @@ class Checker:
         self._termination = termination
         self._unproved: Assertion | None = None
         self._happened: dict[Process, Happened | None] = {}
+        self._sure = Sure()
         kept = KEPT_BYTES if limits.memory_bytes is None else min(KEPT_BYTES, limits.memory_bytes // 2)
         self._machines = Machines(
             workers=workers or os.cpu_count() or 1,
@@ -188,8 +190,23 @@ class Checker:
             return incomplete.endless
         return False
 
+    def ended(self, assertion: Assertion, reason: str) -> Outcome | None:
+        """What is sure of an assertion whose check was stopped for a reason; None if nothing is.
+
+        That is a failure that was being explained. Nothing else may be asked of this checker any more.
+        """
+        if isinstance(assertion, NotAssertion):
+            outcome = self.ended(assertion.inner, reason)
+            return None if outcome is None else _inverted(outcome)
+        sure, classes = self._sure.outcome, self._script.classes
+        if sure is None or self._sure.about is not assertion or (classes is not None and classes.has_left):
+            return None
+        outcome = _untold(sure, reason)
+        return self._differences_told(outcome, assertion.kind) if isinstance(assertion, Property) else outcome
+
     def _check(self, assertion: Assertion) -> Outcome:
         budget = Budget(self._limits)
+        self._sure.about, self._sure.outcome = assertion, None
         if isinstance(assertion, BooleanAssertion):
             holds = self._script.boolean(assertion.condition)
             return budget.outcome(Verdict.PASS if holds else Verdict.FAIL, None, 0, 0)
@@ -334,7 +351,7 @@ class Checker:
         return self._script.events
 
     def _context(self, budget: Budget) -> Context:
-        return Context(self._machines, self._script.events, budget)
+        return Context(self._machines, self._script.events, budget, self._sure)
 
     def _answered(
         self, budget: Budget, subject: Process | None, check: Callable[[Context], Outcome], length: int | None = None
@@ -363,7 +380,13 @@ class Checker:
                         raise _Proved(proved) from None
         try:
             return self._in_words(check(self._context(budget)))
+        except OSError as error:
+            if self._sure.outcome is None or not isinstance(self._machines.beyond, Spill) or not is_full(error):
+                raise
+            return _untold(self._in_words(self._sure.outcome), NO_ROOM)
         except Incomplete as incomplete:
+            if self._sure.outcome is not None:
+                return _untold(self._in_words(self._sure.outcome), incomplete.reason)
             unknown = budget.outcome(Verdict.UNKNOWN, incomplete.reason, incomplete.states, incomplete.transitions)
             if subject is None or not incomplete.endless:
                 return unknown
@@ -414,6 +437,13 @@ def _is_proved(assertion: Assertion) -> TypeGuard[DataRefinement | Obligations |
     )
 
     return isinstance(assertion, Obligations | DataRefinement | Subtype)
+
+
+def _untold(outcome: Outcome, reason: str) -> Outcome:
+    """A failure that could not be explained to its end."""
+    if outcome.counterexample is None:
+        return replace(outcome, reason=f"it does not hold, and that is all that is known: {reason}")
+    return replace(outcome, remarks=(*outcome.remarks, f"the failure was not explained to its end: {reason}"))
 
 
 def _inverted(outcome: Outcome) -> Outcome:

@@ -209,9 +209,11 @@ class GuardedChecker:
             reason = why(guard, limits, stopped)
         except MemoryError:
             reason = OUT_OF_MEMORY
+        seconds = time.perf_counter() - start
+        sure = None if self._checker is None else self._checker.ended(self._here(assertion), reason)
         self._checker = None
         release_memory()
-        return _nothing(Verdict.UNKNOWN, reason, time.perf_counter() - start)
+        return _nothing(Verdict.UNKNOWN, reason, seconds) if sure is None else replace(sure, seconds=seconds)
 
     def coverage(self, assertion: Assertion) -> Coverage | None:
         """What never happened in a check that passed; None where that takes more than the limits allow."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -12,20 +12,39 @@ from cspcheck.checker.budget import Budget
 from cspcheck.checker.checks.store import Machines
 from cspcheck.checker.search.exploration import Exploration, Successors
 from cspcheck.checker.search.paths import PathStep
-from cspcheck.checker.verdict import Outcome, Verdict
+from cspcheck.checker.verdict import Counterexample, Outcome, Verdict
 from cspcheck.cspm.process.events import EventTable
+from cspcheck.cspm.syntax.tree import Assertion
 
 CHUNK = 1 << 16
 """States whose transitions are looked at together."""
 
 
+@dataclass(slots=True)
+class Sure:
+    """What is sure of an assertion before all is told of it: a limit that is reached later takes nothing of that away.
+
+    Attributes:
+        about: the assertion.
+        outcome: the failure, with what is known of its counterexample; None while nothing is.
+    """
+
+    about: Assertion | None = None
+    outcome: Outcome | None = None
+
+
 @dataclass(frozen=True, slots=True)
 class Context:
-    """Machines to share, names for events, and the limits of the assertion."""
+    """Machines to share, names for events, the limits of the assertion, and what is sure of it."""
 
     machines: Machines
     events: EventTable
     budget: Budget
+    sure: Sure = field(default_factory=Sure)
+
+    def failed(self, states: int, transitions: int, counterexample: Counterexample | None = None) -> None:
+        """Note that the assertion fails, whatever becomes of the telling; *counterexample* as far as it is known."""
+        self.sure.outcome = self.budget.outcome(Verdict.FAIL, None, states, transitions, counterexample)
 
     def not_found(self, exploration: Exploration, sought: str) -> Outcome:
         """The outcome of a search that met nothing wrong: a pass if it was completed, else unknown."""

@@ -18,6 +18,7 @@ import numpy as np
 from cspcheck.checker.arrays import Int64Array
 from cspcheck.checker.budget import Incomplete
 from cspcheck.checker.checks.along import Along, along_original
+from cspcheck.checker.checks.choosing import chosen_part
 from cspcheck.checker.checks.context import Context, in_chunks
 from cspcheck.checker.checks.properties import divergence_found
 from cspcheck.checker.checks.reduced import looked_at
@@ -63,26 +64,39 @@ def deterministic(context: Context, process: Process, model: FailuresModel) -> O
         exploration = machines.exploration(process, aim, budget)
     level = exploration.divergence_level
     if level is not None and model == "FD":
+        context.failed(*context.covered(exploration, level))
         return _earlier_nondeterminism(context, process, exploration, level) or divergence_found(
             context, process, exploration, level
         )
     counts = exploration.levels[-1], exploration.transitions
     if not exploration.complete:
         return _as_far_as_explored(context, process, exploration, model)
-    if exploration.is_partial and (
-        exploration.has_tau or exploration.branching or exploration.packed.network.terminated
-    ):
-        raise Incomplete(f"{budget.memory_reached()}: nondeterminism is looked for in memory", *counts)
-    if _by_form(exploration):
+    if not (exploration.is_partial and _may_branch(exploration)) and _by_form(exploration):
         return budget.outcome(Verdict.PASS, None, *counts)
     try:
-        lts = machines.lts(process, budget)
-        packed = machines.packed(process, budget)
-        trace = _against_candidate(context, packed, candidate(lts)) if level is None else _by_normal_form(context, lts)
+        trace = _first_nondeterminism(context, process, exploration)
+        if trace is not None:
+            context.failed(*counts, _begun(context, trace))
         counterexample = None if trace is None else _explained(context, process, trace)
     except Incomplete as incomplete:
         raise Incomplete(incomplete.reason, *counts) from None
     return budget.outcome(Verdict.PASS if trace is None else Verdict.FAIL, None, *counts, counterexample)
+
+
+def _first_nondeterminism(context: Context, process: Process, exploration: Exploration) -> Trace | None:
+    """The first trace with nondeterminism of a process that has been explored to its end, or None."""
+    machines, budget = context.machines, context.budget
+    packed = machines.packed(process, budget)
+    if exploration.divergence_level is None:
+        # The choices that a candidate makes are not those of another; the traces that it does not match are the same.
+        lts = chosen_part(packed, budget) if exploration.is_partial else machines.lts(process, budget)
+        return _against_candidate(context, packed, candidate(lts))
+    if exploration.is_partial:
+        raise Incomplete(
+            "the process diverges, and its states do not fit into memory, where nondeterminism is looked for then: "
+            "ask for it in FD, or raise `--max-memory`"
+        )
+    return _by_normal_form(context, machines.lts(process, budget))
 
 
 def _by_rules(context: Context, process: Process, aim: Aim) -> Outcome | None:
@@ -148,12 +162,14 @@ def _as_far_as_explored(context: Context, process: Process, exploration: Explora
             trace = _against_candidate(context, context.machines.packed(process, budget), chosen)
             # Beyond what was explored there may be a shorter trace than one that leads further.
             if trace is not None and len(trace) <= exploration.depth:
+                context.failed(*counts, _begun(context, trace))
                 counterexample = _explained(context, process, trace)
                 return budget.outcome(Verdict.FAIL, None, *counts, counterexample)
             sought = "divergence or nondeterminism" if model == "FD" else "nondeterminism"
         except Incomplete:
+            if context.sure.outcome is not None:
+                raise
             # The search of pairs ran into the limit as well, so nothing can be said of nondeterminism.
-            pass
     return budget.outcome(Verdict.UNKNOWN, budget.shortfall(exploration, sought), *counts)
 
 
@@ -172,6 +188,11 @@ def explored_part(exploration: Exploration, last: int | None = None) -> Lts:
         targets.append(places[order])
     offsets = np.concatenate([[0], *lengths, [0]]).cumsum()
     return Lts(offsets.astype(np.int64), np.concatenate(labels), np.concatenate(targets))
+
+
+def _may_branch(exploration: Exploration) -> bool:
+    """Whether it takes more than what the search has seen to know that a process is deterministic by its form."""
+    return exploration.has_tau or exploration.branching or exploration.packed.network.terminated
 
 
 def _by_form(exploration: Exploration) -> bool:
@@ -282,6 +303,11 @@ def _by_normal_form(context: Context, lts: Lts, longest: int | None = None, most
                 length.setdefault(target, length[node] + 1)
         node += 1
     return None
+
+
+def _begun(context: Context, trace: Trace) -> Counterexample:
+    """What is known of nondeterminism before the runs with its trace are looked at."""
+    return Counterexample("nondeterminism", tuple(context.events.name(event) for event in trace))
 
 
 def _explained(context: Context, process: Process, trace: Trace) -> Counterexample:

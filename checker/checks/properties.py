@@ -16,14 +16,14 @@ from cspcheck.checker.checks.along import Along, Offers, along_original
 from cspcheck.checker.checks.context import Context, reached
 from cspcheck.checker.checks.reduced import reduced_search
 from cspcheck.checker.checks.store import Aim
-from cspcheck.checker.explain.behaviour import deadlocked, diverging, visible
+from cspcheck.checker.explain.behaviour import begun, deadlocked, diverging, visible
 from cspcheck.checker.explain.replay import can_perform, can_refuse
 from cspcheck.checker.network.network import Network
 from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.search.paths import PathStep, shortest_path
 from cspcheck.checker.semantics.steps import Row
 from cspcheck.checker.specification.normal_form import FailuresModel, NormalModel
-from cspcheck.checker.verdict import TERMINATES, Counterexample, Outcome, Verdict
+from cspcheck.checker.verdict import TERMINATES, Counterexample, CounterexampleKind, Outcome, Verdict
 from cspcheck.cspm.process.events import TICK
 from cspcheck.cspm.process.terms import Process
 
@@ -52,6 +52,7 @@ def deadlock_free(context: Context, process: Process, model: FailuresModel) -> O
         if found.verdict is not Verdict.PASS or not may_terminate(exploration.packed.network):
             return found
         return replace(found, remarks=(*found.remarks, TERMINATES))
+    context.failed(*context.covered(exploration, level))
     deadlocks = exploration.deadlocked(level)
     cycles = exploration.tau_cyclic(level) if divergence_counts else deadlocks[:0]
     goals = np.concatenate([deadlocks, cycles])
@@ -59,6 +60,9 @@ def deadlock_free(context: Context, process: Process, model: FailuresModel) -> O
     end = reached(exploration, path)
     is_deadlock = end in deadlocks
     shown = exploration
+    kind: CounterexampleKind = "deadlock" if is_deadlock else "divergence"
+    counterexample = begun(kind, process, exploration.packed, path, context.events)
+    context.failed(*context.covered(exploration, level), counterexample)
     along = _along_original(context, process, exploration, path, (lambda row: not row) if is_deadlock else None)
     if along is not None:
         last, shown = along.pairs.depth, along.pairs
@@ -93,15 +97,17 @@ def divergence_free(context: Context, process: Process) -> Outcome:
 
 def divergence_found(context: Context, process: Process, exploration: Exploration, level: int) -> Outcome:
     """The failure of a process that can diverge, first on *level*."""
-    goals = exploration.tau_cyclic(level)
-    path = shortest_path(exploration, goals)
+    counts = context.covered(exploration, level)
+    context.failed(*counts)
+    path = shortest_path(exploration, exploration.tau_cyclic(level))
+    context.failed(*counts, begun("divergence", process, exploration.packed, path, context.events))
     shown = exploration
     along = _along_original(context, process, exploration, path)
     if along is not None:
         shown = along.pairs
         path = along.path(shown.tau_cyclic(shown.depth))
     counterexample = diverging(process, shown, path, reached(shown, path), context.events)
-    return context.budget.outcome(Verdict.FAIL, None, *context.covered(exploration, level), counterexample)
+    return context.budget.outcome(Verdict.FAIL, None, *counts, counterexample)
 
 
 def _along_original(
@@ -130,8 +136,9 @@ def has_trace(context: Context, process: Process, trace: Sequence[int], model: N
     for length, event in enumerate(trace):
         if length > pairs.depth:
             break
-        obstacle = _obstacle(along, length, event, model)
+        obstacle = _obstacle(along, length, event, model, lambda: context.failed(*counts))
         if obstacle is not None:
+            context.failed(*counts, obstacle)
             if pairs.packed.network.is_compressed:
                 original = along_original(context, process, trace[:length], "FD")
                 obstacle = (original and _obstacle(original, length, event, model)) or obstacle
@@ -139,20 +146,27 @@ def has_trace(context: Context, process: Process, trace: Sequence[int], model: N
     return context.not_found(pairs, "refusal of the trace")
 
 
-def _obstacle(along: Along, length: int, event: int, model: NormalModel) -> Counterexample | None:
-    """Why *event* may not happen after the first *length* events of the trace."""
+def _obstacle(
+    along: Along, length: int, event: int, model: NormalModel, found: Callable[[], None] = lambda: None
+) -> Counterexample | None:
+    """Why *event* may not happen after the first *length* events of the trace; *found* is called before it is told."""
     offers = along.offers(length)
     refusing = offers.refusers(event)
     impossible = not offers.performers(event).any()
     if refusing.any() and (impossible or model != "T"):
+        found()
         return _refusal(along, offers, refusing, event)
     if model == "FD":
         cycles = along.pairs.tau_cyclic(length)
         if len(cycles):
+            found()
             path = along.path(cycles)
             end = reached(along.pairs, path)
             return diverging(along.process, along.pairs, path, end, along.events)
-    return _refusal(along, offers, ~refusing, event) if impossible else None
+    if not impossible:
+        return None
+    found()
+    return _refusal(along, offers, ~refusing, event)
 
 
 def _refusal(along: Along, offers: Offers, here: BoolArray, event: int) -> Counterexample:

@@ -14,7 +14,7 @@ from cspcheck.checker.checks.along import along_original
 from cspcheck.checker.checks.context import Context, reached
 from cspcheck.checker.checks.reducing import as_they_are, model_for, reduced
 from cspcheck.checker.checks.store import FIRST_LOOK, Specification
-from cspcheck.checker.explain.behaviour import Behaviour, diverging, visible
+from cspcheck.checker.explain.behaviour import Behaviour, begun, diverging, visible
 from cspcheck.checker.explain.replay import ReplayFailure, can_perform, states_after
 from cspcheck.checker.explain.specification_run import specification_run
 from cspcheck.checker.search.pair_search import PairExploration, Violation
@@ -56,14 +56,16 @@ def refines(context: Context, specification: Process, model: NormalModel, implem
         pairs = context.machines.pairs(normal_form, implementation, model, budget, full=context.machines.full)
     if pairs.violation_level is None:
         return context.not_found(pairs, "violation")
+    counts = int(pairs.levels[-1]), pairs.transitions
+    context.failed(*counts)
     path, violation = first_violation(pairs)
     node = int(pairs.nodes[violation.index])
     found = _Found(pairs, path, violation)
+    context.failed(*counts, _begun(context, normal_form, node, implementation, found))
     if pairs.packed.network.is_compressed:
         found = _without_compression(context, normal_form, node, implementation, model, found) or found
     counterexample = _explained(context, specification, normal_form, node, implementation, found)
-    states, transitions = int(pairs.levels[-1]), pairs.transitions
-    return budget.outcome(Verdict.FAIL, None, states, transitions, counterexample)
+    return budget.outcome(Verdict.FAIL, None, *counts, counterexample)
 
 
 def _reduced(
@@ -153,6 +155,20 @@ def _rank(violation: Violation) -> int:
     if violation.kind == "trace":
         return violation.event
     return 1 << 63 if violation.kind == "refusal" else 1 << 64
+
+
+def _begun(
+    context: Context, normal_form: Specification, node: int, implementation: Process, found: _Found
+) -> Counterexample:
+    """What is known of a violation before its run is looked at."""
+    events, kind = context.events, found.violation.kind
+    counterexample = begun(kind, implementation, found.exploration.packed, found.path, events)
+    names = tuple(events.name(event) for event in visible(found.path))
+    if kind != "trace":
+        return replace(counterexample, specification_trace=names)
+    allowed = (tuple(events.name(event) for event in sorted(normal_form.allowed(node))),)
+    event = events.name(found.violation.event)
+    return replace(counterexample, specification_trace=names, event=event, allowed=allowed)
 
 
 def _explained(

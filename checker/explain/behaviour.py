@@ -18,7 +18,7 @@ from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.search.paths import PathStep, tau_loop
 from cspcheck.checker.semantics.steps import Row
 from cspcheck.checker.semantics.transitions import offer
-from cspcheck.checker.verdict import ComponentBehaviour, Counterexample, ReplayedRun
+from cspcheck.checker.verdict import ComponentBehaviour, Counterexample, CounterexampleKind, ReplayedRun
 from cspcheck.cspm.process.events import FIRST_EVENT, TAU, TICK, EventTable
 from cspcheck.cspm.process.terms import STOP, Process
 from cspcheck.cspm.process.text import describe
@@ -282,6 +282,14 @@ class Behaviour:
             if switch is not None:
                 current = switch.format
         return current
+
+
+def begun(
+    kind: CounterexampleKind, process: Process, packed: PackedNetwork, path: tuple[PathStep, ...], events: EventTable
+) -> Counterexample:
+    """A path as a counterexample of which nothing more is known yet."""
+    behaviour = Behaviour(process, packed, path, events)
+    return Counterexample(kind, behaviour.trace, behaviour.causes)
 
 
 def deadlocked(

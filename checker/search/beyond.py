@@ -19,10 +19,11 @@ def prepared(
 ) -> LevelSearch | ClusterSearch:
     """A search, to be run.
 
-    A specification that is normalised as the search reaches it is known to this process only: others cannot help.
+    A specification that is normalised as the search reaches it is known to this process only: others cannot help. Nor
+    can they once one of the processes has failed in the midst of a search.
     """
     if isinstance(beyond, Spill):
         return SpillSearch(packed, pairs, spill=beyond, **options)
-    if isinstance(beyond, Cluster) and (pairs is None or not pairs.is_lazy):
+    if isinstance(beyond, Cluster) and not beyond.is_broken and (pairs is None or not pairs.is_lazy):
         return ClusterSearch(packed, pairs, cluster=beyond, **options)
     return LevelSearch(packed, pairs, **options)

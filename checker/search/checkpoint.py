@@ -9,6 +9,7 @@ threads share the work and which limits it has do not count.
 from __future__ import annotations
 
 import contextlib
+import errno
 import json
 import os
 import time
@@ -234,7 +235,7 @@ class Checkpoint:
         return True
 
     def write_pieces(self, pieces: list[tuple[int, Int64Array]]) -> tuple[int, int]:
-        """Write rows at places of the file, while other processes do; whether it went well, and their sum.
+        """Write rows at places of the file, while other processes do; the number of what went wrong, and their sum.
 
         Nothing of it counts before :meth:`settle` says so.
         """
@@ -249,9 +250,8 @@ class Checkpoint:
                 file.flush()
                 os.fsync(file.fileno())
         except OSError as error:
-            self._owner.tell(f"no checkpoint: {error.strerror or error} ({self._owner.folder})")
-            return 0, 0
-        return 1, total - (1 << 64) if total >> 63 else total
+            return error.errno or errno.EIO, 0
+        return 0, total - (1 << 64) if total >> 63 else total
 
     def settle(self, total: int, written: int, tally: Tally, position: Position, *, first: bool) -> None:
         """Have what all processes have written count: their sums, and how many words of rows there are now."""
@@ -261,7 +261,12 @@ class Checkpoint:
             try:
                 self._commit(tally, position)
             except OSError as error:
-                self._owner.tell(f"no checkpoint: {error.strerror or error} ({self._owner.folder})")
+                self.give_up(error.strerror or str(error))
+
+    def give_up(self, why: str) -> None:
+        """Try no more to write."""
+        self._failed = True
+        self._owner.tell(f"no more checkpoints: {why} ({self._owner.folder})")
 
     def _damaged(self) -> None:
         self._owner.tell(f"the checkpoint `{self._state}` is damaged; its search begins anew")
@@ -275,8 +280,7 @@ class Checkpoint:
         try:
             self._write(rows[: tally.known * stride], tally, position)
         except OSError as error:
-            self._failed = True
-            self._owner.tell(f"no more checkpoints: {error.strerror or error} ({self._owner.folder})")
+            self.give_up(error.strerror or str(error))
         self._next = time.monotonic() + self._owner.every
 
     def _write(self, rows: Int64Array, tally: Tally, position: Position) -> None:

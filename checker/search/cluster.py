@@ -11,6 +11,7 @@ with the batches, so that all stop at the same place.
 from __future__ import annotations
 
 import functools
+import os
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -63,7 +64,11 @@ class Job:
 
 
 class Cluster:
-    """The processes that search together; given to searches in the place of a folder on disk."""
+    """The processes that search together; given to searches in the place of a folder on disk.
+
+    Attributes:
+        is_broken: whether this process has failed in the midst of a search, where the others still are.
+    """
 
     def __init__(self, ranks: Ranks) -> None:
         self.ranks = ranks
@@ -79,9 +84,10 @@ class Cluster:
             search.search()
 
     def dismiss(self) -> None:
-        """Let the other processes end."""
+        """Let the other processes end; where they cannot hear of it any more, end all, this one too."""
         if self.is_broken:
             self.ranks.abort()
+            return
         self.ranks.hand_out(None)
 
 
@@ -109,6 +115,7 @@ class SharedSearch(Findings):
         self.branching = False
         self.known = 0
         self.cancelled = False
+        self.is_explored = False
         self.starts = [0]
         self._ranks = ranks
         self._job = job
@@ -138,6 +145,7 @@ class SharedSearch(Findings):
         finally:
             self.peak_memory_bytes = max(self.peak_memory_bytes, self._bytes())
             self.seconds = time.monotonic() - self._started
+        self.is_explored = not self.cancelled
         if not self.cancelled:
             # What ended the search does not end this.
             self._said, self._limits = self._said & CANCELLED, Limits()
@@ -238,8 +246,11 @@ class SharedSearch(Findings):
             rows: Int64Array = np.zeros(0, dtype=np.int64)
             if first < last:
                 until = min(last, first + BATCH)
-                first = worker.produce(self._kernels, step, first, until)
-                rows = worker.expander.targets[: worker.expander.count * self.visited.stride]
+                try:
+                    first = worker.produce(self._kernels, step, first, until)
+                    rows = worker.expander.targets[: worker.expander.count * self.visited.stride]
+                except MemoryError:
+                    self._said |= FULL
             if not self._exchange(rows, self._take_in, more=first < last):
                 return
 
@@ -248,7 +259,12 @@ class SharedSearch(Findings):
         stride, size = self.visited.stride, self._ranks.size
         count = len(rows) // stride
         if len(self._outbox) < count * stride * size:
-            self._outbox = np.empty(count * stride * size, dtype=np.int64)
+            try:
+                self._outbox = np.empty(count * stride * size, dtype=np.int64)
+            except MemoryError:
+                # The others have to hear of it; what is not sent does not matter then.
+                self._said |= FULL
+                rows, count = rows[:0], 0
         self._kernels.sort_by_rank(rows, count, stride, size, count, self._ends, self._outbox)
         lengths = self._ends * stride - np.arange(size) * count * stride
         parts = [self._outbox[i * count * stride :][: lengths[i]] for i in range(size)]
@@ -287,7 +303,11 @@ class SharedSearch(Findings):
                     # The others have to hear of it; the level does not count.
                     self._said |= FULL
                     return
-                visited.grow(self._kernels)
+                try:
+                    visited.grow(self._kernels)
+                except MemoryError:
+                    self._said |= FULL
+                    return
         self.peak_memory_bytes = max(self.peak_memory_bytes, visited.peak_bytes, self._bytes())
 
     def _left(self, first: int, last: int) -> Int64Array:
@@ -422,9 +442,10 @@ class SharedSearch(Findings):
             lengths = [int(part[0]) for part in self._ranks.together(np.array([len(rows)], dtype=np.int64))]
             pieces.append((base + sum(lengths[: self._ranks.rank]), rows))
             base += sum(lengths)
-        said = np.array(checkpoint.write_pieces(pieces), dtype=np.int64)
-        answers = self._ranks.together(said)
-        if not all(int(answer[0]) for answer in answers):
+        answers = self._ranks.together(np.array(checkpoint.write_pieces(pieces), dtype=np.int64))
+        failures = [int(answer[0]) for answer in answers if answer[0]]
+        if failures:
+            checkpoint.give_up(os.strerror(failures[0]))
             return
         total = sum(int(answer[1]) for answer in answers)
         position = Position(done=self.levels[-1], first=self.levels[-1], end=self.known, before=self.transitions)
@@ -506,6 +527,7 @@ class ClusterSearch(SharedSearch):
         self._cluster = cluster
         self._whole = packed
         self._error: BaseException | None = None
+        self._ended_by: BaseException | None = None
 
     def run(self) -> None:
         """Search; whoever ends the check meanwhile ends the search in all processes."""
@@ -514,10 +536,12 @@ class ClusterSearch(SharedSearch):
         try:
             while thread.is_alive():
                 thread.join(PROGRESS_SECONDS)
-        except BaseException:
+        except BaseException as error:
             self.cancel()
             thread.join()
-            raise
+            if not self.is_explored or not self.has_found:
+                raise
+            self._ended_by = error
         if self._error is not None:
             raise self._error
 
@@ -529,6 +553,12 @@ class ClusterSearch(SharedSearch):
             self._error, self._cluster.is_broken = error, True
 
     def walk(self) -> Walk:
-        """The ways to what was found."""
+        """The ways to what was found.
+
+        Raises:
+            BaseException: whatever ended the check after something was found and before it was taken out.
+        """
+        if self._ended_by is not None:
+            raise self._ended_by
         found = super().walk()
         return Walk(self._whole, self.pairs, found.visited, found.levels)

@@ -86,7 +86,18 @@ class Exploration:
     branching: bool
     peak_memory_bytes: int
     seconds: float
-    walk: Walk = field(repr=False)
+    _walk: Walk | Callable[[], Walk] = field(repr=False)
+
+    @property
+    def walk(self) -> Walk:
+        """The states, to be walked about in; taken out of a larger search when they are first asked for.
+
+        Raises:
+            OSError: they are on a disk, and there was no room for what it takes.
+        """
+        if not isinstance(self._walk, Walk):
+            self._walk = self._walk()
+        return self._walk
 
     @property
     def depth(self) -> int:
@@ -240,7 +251,7 @@ def explore(
         search.branching,
         search.peak_memory_bytes,
         search.seconds,
-        search.walk(),
+        search.walk if search.has_found else search.walk(),
     )
 
 

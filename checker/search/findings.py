@@ -42,6 +42,11 @@ class Findings:
         return self.pairs.join(self.packed.initial.reshape(1, -1), np.array([self.pairs.root]))
 
     @property
+    def has_found(self) -> bool:
+        """Whether there is something to be told of."""
+        return any(level is not None for level in (self.deadlock_level, self.divergence_level, self.violation_level))
+
+    @property
     def told_divergence(self) -> int | None:
         """The level whose divergences are told of: with a specification only those that violate it."""
         return self.divergence_level if self.pairs is None or self.divergence_level == self.violation_level else None

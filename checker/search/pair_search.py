@@ -142,7 +142,7 @@ def explore_pairs(
         False,
         search.peak_memory_bytes,
         search.seconds,
-        search.walk(),
+        search.walk if search.has_found else search.walk(),
         model,
         search.violation_level,
     )

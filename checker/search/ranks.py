@@ -6,6 +6,7 @@ Interface Standard"); threads do for tests.
 
 from __future__ import annotations
 
+import sys
 import time
 from typing import Any, Protocol
 
@@ -130,8 +131,10 @@ class MpiRanks:
         return self._world.recv(source=0)
 
     def abort(self) -> None:
-        """End all processes at once."""
-        self._world.Abort(1)
+        """End all processes at once, with the exit code of a mistake."""
+        sys.stdout.flush()
+        sys.stderr.flush()
+        self._world.Abort(4)
 
 
 def _starts(lengths: Int64Array) -> Int64Array:

@@ -253,7 +253,7 @@ class SpillSearch(LevelSearch):
         try:
             super().run()
         except OSError as error:
-            if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+            if not is_full(error):
                 raise
             self.stop = "disk"
 
@@ -401,6 +401,11 @@ class _OnDisk:
         left = search.on_or_behind_cycles(first, last, whatever_it_takes=True)
         assert left is not None
         return cyclic_rows(search.packed, search.pairs, left)
+
+
+def is_full(error: OSError) -> bool:
+    """Whether a disk has no more room, or none for this user or this file."""
+    return error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 def _table_bits(memory: int, stride: int, rows: int | None) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import signal
-import traceback
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -38,8 +38,22 @@ def together() -> Iterator[bool]:
         signal.signal(number, signal.SIG_IGN)
     try:
         cluster.serve()
-    except BaseException:
+    except BaseException as error:
         # Whoever waits for this process would wait for ever.
-        traceback.print_exc()
+        _tell(error, f"searching as process {cluster.ranks.rank + 1} of {cluster.ranks.size}")
         cluster.ranks.abort()
     yield False
+
+
+def _tell(error: BaseException, doing: str) -> None:
+    from cspcheck.cli.streams import Remarks
+    from cspcheck.failure import InternalErrors
+    from cspcheck.messages import out_of_memory
+    from cspcheck.report.diagnostics import render_diagnostics
+    from cspcheck.report.style import style_for
+
+    if isinstance(error, MemoryError):
+        diagnostic = out_of_memory().with_notes(doing, "`--max-memory` is for each process; start more of them")
+    else:
+        diagnostic = InternalErrors(sys.argv[1:]).report(error, doing)
+    Remarks().write(render_diagnostics([diagnostic], style_for(sys.stderr)))

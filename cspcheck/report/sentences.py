@@ -52,7 +52,8 @@ def _misbehaviour(result: Result, counterexample: Counterexample) -> str:
             known = "" if result.specification is None else f", and {specification} does not"
             return f"{process} diverges {after}: it can go on for ever without a visible event{known}"
         case "nondeterminism":
-            return f"{process} is not deterministic: {after} it can perform {event}, and it can refuse it"
+            shown = "an event" if counterexample.event is None else event
+            return f"{process} is not deterministic: {after} it can perform {shown}, and it can refuse it"
         case "refusal" | "trace" if result.kind == "has trace":
             if possible(counterexample):
                 return f"{process} need not perform the trace: {after} it can refuse {event}"

@@ -36,7 +36,7 @@ class ObjectZ(Extension):
         return found.end
 
     def paragraph(self, source: Source, start: int, end: int) -> tuple[s.Declaration, list[Diagnostic]]:  # noqa: D102
-        from cspcheck.cspm.oz.reading.parser import parse_paragraph
+        from cspcheck.cspm.oz.reading.reader import parse_paragraph
 
         return parse_paragraph(source, start, end)
 

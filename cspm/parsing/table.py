@@ -1,4 +1,4 @@
-"""The parse table of CSPm: made by Lark from ``grammar/cspm.lark`` once, kept in the user's cache folder.
+"""Parse tables: made by Lark from a grammar once, shipped with it or kept in the user's cache folder.
 
 Lark needs some 0.3 s to be imported and to compute the LALR(1) table; a stored table is read in a few
 milliseconds and needs no Lark. The file is named after what it was made from, so a new grammar never meets an
@@ -8,7 +8,9 @@ old table. A folder that cannot be written, or a damaged file, costs time and no
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+import logging
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
@@ -21,6 +23,25 @@ GRAMMAR: Final = Path(__file__).with_name("grammar") / "cspm.lark"
 STARTS: Final = ("script", "lone_expression", "lone_assertion")
 ACCEPT: Final = 0
 _FORMAT: Final = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Grammar:
+    """A grammar of Lark with what it is made into a table by.
+
+    Attributes:
+        path: of the file.
+        starts: symbols that a text can be parsed as.
+        greedy: nonterminals that end only where what follows cannot belong to them, as ``if`` takes the next ``else``.
+            A conflict between their end and the next token is settled so; any other is an error.
+    """
+
+    path: Path
+    starts: tuple[str, ...]
+    greedy: frozenset[str] = frozenset()
+
+
+CSPM: Final = Grammar(GRAMMAR, STARTS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,13 +74,14 @@ class Table:
     starts: Mapping[str, int]
 
 
-def compute(grammar: str) -> dict[str, Any]:
-    """The table of *grammar* as a value that JSON can hold.
+def compute(grammar: str, starts: Sequence[str] = STARTS, greedy: frozenset[str] = frozenset()) -> dict[str, Any]:
+    """The table of *grammar* as a value that JSON can hold; see :class:`Grammar`.
 
     Raises:
         lark.exceptions.GrammarError: the grammar is malformed or has a conflict.
     """
     from lark import Lark
+    from lark.exceptions import GrammarError
     from lark.lexer import Lexer
     from lark.parsers.lalr_analysis import Shift
 
@@ -72,13 +94,17 @@ def compute(grammar: str) -> dict[str, Any]:
         def lex(self, *_: object) -> Any:
             raise NotImplementedError
 
-    lark = Lark(grammar, parser="lalr", lexer=NoLexer, start=list(STARTS), strict=True)
+    with _conflicts() as conflicts:
+        lark = Lark(grammar, parser="lalr", lexer=NoLexer, start=list(starts), strict=not greedy)
+    for terminal, origin in conflicts:
+        if origin not in greedy:
+            raise GrammarError(f"Shift/Reduce conflict for terminal {terminal} at the end of {origin}")
     computed = lark.parser.parser._parse_table
     # A quoted terminal goes by its text, a declared one by its name.
     quoted = {terminal.name: str(terminal.pattern.value) for terminal in lark.terminals}
 
     # Lark numbers states as it happens to find them; here the same grammar always gives the same table.
-    order = [computed.start_states[start] for start in STARTS]
+    order = [computed.start_states[start] for start in starts]
     places = {state: place for place, state in enumerate(order)}
     for state in order:  # grows
         for _, (kind, argument) in sorted(computed.states[state].items(), key=lambda item: str(item[0])):
@@ -126,8 +152,32 @@ def compute(grammar: str) -> dict[str, Any]:
         if state in ends:
             actions["$END"] = ACCEPT
         states.append([row(actions), row(gotos)])
-    starts = {start: places[computed.start_states[start]] for start in STARTS}
-    return {"rules": rules, "rows": rows, "states": states, "starts": starts}
+    first = {start: places[computed.start_states[start]] for start in starts}
+    return {"rules": rules, "rows": rows, "states": states, "starts": first}
+
+
+@contextmanager
+def _conflicts() -> Iterator[list[tuple[str, str]]]:
+    """The terminals and nonterminals in whose conflict Lark shifts while a grammar is read; it only logs them."""
+    found: list[tuple[str, str]] = []
+
+    class Listener(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            argument: Any = record.args[0] if isinstance(record.args, tuple) and record.args else None
+            if record.msg.startswith("Shift/Reduce"):
+                found.append((str(argument), ""))
+            elif found and record.msg.startswith(" * "):
+                found[-1] = (found[-1][0], str(argument.origin.name))
+
+    log, listener = logging.getLogger("lark"), Listener()
+    before = log.handlers, log.level, log.propagate
+    log.handlers = [listener]  # Lark's own prints
+    log.setLevel(logging.DEBUG)
+    log.propagate = False
+    try:
+        yield found
+    finally:
+        log.handlers, log.level, log.propagate = before
 
 
 def from_json(value: Mapping[str, Any]) -> Table:
@@ -149,28 +199,28 @@ def _key(grammar: str) -> str:
     return sha256(f"{_FORMAT}\n{grammar}".encode()).hexdigest()[:20]
 
 
-def ship(grammar: Path) -> None:
-    """Put the table of a grammar beside it; it is used as long as the grammar is the same."""
-    text = grammar.read_text(encoding="utf-8")
-    value = {"key": _key(text), **compute(text)}
-    grammar.with_suffix(".json").write_text(json.dumps(value, separators=(",", ":")), encoding="utf-8")
+def ship(grammar: Grammar, to: Path) -> None:
+    """Put the table of a grammar beside a copy of it; it is used as long as the grammar is the same."""
+    text = to.read_text(encoding="utf-8")
+    value = {"key": _key(text), **compute(text, grammar.starts, grammar.greedy)}
+    to.with_suffix(".json").write_text(json.dumps(value, separators=(",", ":")), encoding="utf-8")
 
 
-def _shipped(key: str) -> Table | None:
+def _shipped(grammar: Grammar, key: str) -> Table | None:
     """The table that came with the grammar; a checkout has none."""
     try:
-        value = json.loads(GRAMMAR.with_suffix(".json").read_text(encoding="utf-8"))
+        value = json.loads(grammar.path.with_suffix(".json").read_text(encoding="utf-8"))
         return from_json(value) if value["key"] == key else None
     except (OSError, ValueError, KeyError, TypeError, IndexError):
         return None
 
 
 @cache
-def table() -> Table:
-    """The table of the CSPm grammar: shipped with it, else from the cache, else computed and stored there."""
-    grammar = GRAMMAR.read_text(encoding="utf-8")
-    key = _key(grammar)
-    shipped = _shipped(key)
+def table(grammar: Grammar = CSPM) -> Table:
+    """The table of a grammar: shipped with it, else from the cache, else computed and stored there."""
+    text = grammar.path.read_text(encoding="utf-8")
+    key = _key(text)
+    shipped = _shipped(grammar, key)
     if shipped is not None:
         return shipped
     folder = cache_folder()
@@ -178,7 +228,7 @@ def table() -> Table:
     kept = None if path is None else unsealed(path)
     if kept is not None:
         return from_json(json.loads(kept))
-    value = compute(grammar)
+    value = compute(text, grammar.starts, grammar.greedy)
     if path is not None:
         store(path, seal(json.dumps(value, separators=(",", ":")).encode()))
     return from_json(value)

@@ -7,7 +7,8 @@ says how many, as for the parser.
 from __future__ import annotations
 
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -20,8 +21,10 @@ from cspcheck.cspm.process.terms import Process, Reference
 from cspcheck.cspm.script import Script, load
 from cspcheck.cspm.source import Source
 from cspcheck.cspm.syntax import tree as s
+from cspcheck.runs import read_records
+from tests.cspm import causes
 from tests.cspm.evaluator.test_corpus_evaluate import operands
-from tests.cspm.parsing.test_parser_fuzz import CORPUS, mutated
+from tests.cspm.parsing.test_parser_fuzz import CORPUS, damaged, mutated
 from tests.cspm.syntax.strategies_syntax import fuzz, scripts
 from tests.cspm.typing.test_inference_robustness import WORD, scrambled
 
@@ -34,6 +37,7 @@ TEXTS = [
     for path in sorted([*CORPUS.glob("evaluate/*/*.csp"), *CORPUS.glob("types/*/*.csp"), *CORPUS.glob("names/*/*.csp")])
     if not path.stem.startswith(LONG)
 ]
+TEXTS += causes.SCRIPTS
 
 
 def through(share: float) -> settings:
@@ -41,13 +45,14 @@ def through(share: float) -> settings:
     return settings(fuzz(share), deadline=None)
 
 
+SPECS = Path(__file__).parents[2] / "specs"
 FEW = 30
 """So many terms of each assertion are unfolded."""
 
 
-def goes_through(source: Source) -> None:
+def goes_through(source: Source, typechecks: Sequence[bool] = (True, False)) -> None:
     """Everything that can be asked of a script, with types and without, ends in an answer or in diagnostics."""
-    for typecheck in (True, False):
+    for typecheck in typechecks:
         script = answered(lambda typecheck=typecheck: load(source, typecheck=typecheck))
         if script is None:
             continue
@@ -100,6 +105,42 @@ def test_scrambled_scripts_of_the_corpus_go_through(text: str, seed: int) -> Non
     """Words of a script in the places of others: most of these parse, and mean something else or nothing."""
     if WORD.search(text):
         goes_through(Source("scrambled.csp", scrambled(text, random.Random(seed))))
+
+
+@pytest.mark.parametrize("text", [*causes.SCRIPTS, *causes.CLASSES])
+def test_what_once_failed_goes_through(text: str) -> None:
+    goes_through(Source("cause.csp", text))
+
+
+CLASSES = [text.encode() for text in causes.CLASSES] + [
+    (SPECS / name).read_bytes() for name in ("producer_consumer/classes.csp", "stack/stack.csp")
+]
+DOCUMENTS = [text.encode() for text in causes.DOCUMENTS] + [
+    (SPECS / name).read_bytes() for name in ("producer_consumer/classes.tex", "stack/stack.tex")
+]
+
+
+@through(0.015)
+@given(damaged(CLASSES))
+def test_mutations_of_classes_go_through(content: bytes) -> None:
+    source = answered(lambda: decode("mutated.csp", content))
+    if source is not None and not any(word in source.text for word in ("000", "include")):
+        goes_through(source, typechecks=(True,))
+
+
+@through(0.015)
+@given(damaged(DOCUMENTS))
+def test_mutations_of_documents_go_through(content: bytes) -> None:
+    source = answered(lambda: decode("mutated.tex", content))
+    if source is not None and not any(word in source.text for word in ("000", "include")):
+        goes_through(source, typechecks=(True,))
+
+
+@through(0.02)
+@given(damaged(causes.RUNS))
+def test_mutations_of_recorded_runs_are_records_or_told(content: bytes) -> None:
+    lines = content.decode(errors="replace").splitlines()
+    answered(lambda: list(read_records(lines, "run.jsonl")))
 
 
 @through(0.04)

@@ -59,6 +59,7 @@ def test_the_wheel_holds_our_packages_their_data_and_the_examples(installed: Pat
     for package in (".", "cspm", "checker", "codegen"):
         assert (installed / "cspcheck" / package / "py.typed").is_file()
     assert (installed / "cspcheck" / "cspm" / "parsing" / "grammar" / "cspm.lark").is_file()
+    assert (installed / "cspcheck" / "cspm" / "oz" / "reading" / "grammar" / "oz.lark").is_file()
     assert (installed / "cspcheck" / "specs" / "rov" / "rov.csp").is_file()
 
 
@@ -80,20 +81,21 @@ def test_the_wheel_declares_the_command_and_the_pytest_plugin(installed: Path) -
     assert "cspcheck = cspcheck.pytest_plugin" in entries.read_text()
 
 
-def test_the_wheel_has_the_parse_table_of_its_grammar(installed: Path, tmp_path: Path) -> None:
+def test_the_wheel_has_the_parse_tables_of_its_grammars(installed: Path, tmp_path: Path) -> None:
     """So no user's first run imports Lark."""
-    (tmp_path / "x.csp").write_text("P = STOP\nassert P :[deadlock free]\n")
+    (tmp_path / "x.csp").write_text("class C\n  chan a\nend\nassert C :[deadlock free]\n")
     code = (
-        "import sys; from cspcheck.cspm.script import load; load('x.csp'); "
-        "from cspcheck.cspm.parsing import table; "
-        "print('lark' in sys.modules, table.table() == table.from_json(table.compute(table.GRAMMAR.read_text())))"
+        "import sys, cspcheck.cspm.oz; from cspcheck.cspm.script import load; load('x.csp'); "
+        "from cspcheck.cspm.oz.reading.reader import OZ; from cspcheck.cspm.parsing import table as t; "
+        "print('lark' in sys.modules, *(t.table(g) == t.from_json(t.compute(g.path.read_text(), g.starts, g.greedy))"
+        " for g in (t.CSPM, OZ)))"
     )
     environment = {**os.environ, "PYTHONPATH": str(installed), "PYTHONSAFEPATH": "1", "XDG_CACHE_HOME": str(tmp_path)}
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, encoding="utf-8", check=True
     )
 
-    assert done.stdout == "False True\n"
+    assert done.stdout == "False True True\n"
 
 
 def test_the_description_of_a_release_leads_nowhere_wrong(installed: Path) -> None:

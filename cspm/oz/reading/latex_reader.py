@@ -18,9 +18,7 @@ from cspcheck.cspm.oz.reading import messages as messages
 from cspcheck.cspm.oz.reading.latex_commands import CSP_COMMANDS, NAMES
 from cspcheck.cspm.oz.reading.latex_lexer import BOXES, REFUSED, Lexer, Markup
 from cspcheck.cspm.oz.reading.lexer import NAMING, OPERAND_ENDS, Token
-from cspcheck.cspm.oz.reading.parser import MOST_MISTAKES
-from cspcheck.cspm.oz.reading.parser_classes import Classes
-from cspcheck.cspm.oz.reading.parser_terms import Stuck
+from cspcheck.cspm.oz.reading.reader import Reader
 from cspcheck.cspm.parsing.lexer import Tokens, tokenise
 from cspcheck.cspm.recursion import deep_recursion
 from cspcheck.cspm.source import Source, Span
@@ -114,15 +112,12 @@ class Document:
         self.errors += markup.errors
         self.remarks += markup.remarks
         for tokens in _paragraphs(markup):
-            parser = MarkupClasses(self.source, tokens)
-            try:
-                self.declarations.append(parser.paragraph())
-            except Stuck as stuck:
-                parser.errors.append(stuck.diagnostic)
-            except RecursionError:
-                parser.errors.append(messages.too_deep(parser.span(tokens[0])))
-            self.errors += parser.errors[:MOST_MISTAKES]
-            self.remarks = [r for r in self.remarks if not parser.is_equation(r)]
+            reader = MarkupReader(self.source, tokens)
+            paragraph, errors = reader.read()
+            if paragraph is not None:
+                self.declarations.append(paragraph)
+            self.errors += errors
+            self.remarks = [r for r in self.remarks if not reader.is_equation(r)]
 
 
 def _environment_end(text: str, name: str, start: int) -> int:
@@ -365,28 +360,20 @@ def _place(places: Sequence[tuple[int, int, int]], offset: int) -> tuple[int, in
     return places[max(0, bisect_right(places, offset, key=itemgetter(0)) - 1)]
 
 
-class MarkupClasses(Classes):
+class MarkupReader(Reader):
     """Reads paragraphs from the tokens of markup."""
-
-    def __init__(self, source: Source, found: Sequence[Token]) -> None:
-        super().__init__(source, found)
-        self._equation_spans: list[Span] = []
 
     def is_equation(self, remark: Diagnostic) -> bool:
         """Whether a remark speaks of an equation, where the commands have another meaning."""
         place = remark.span
-        return place is not None and any(
-            span.start <= place.start and place.end <= span.end for span in self._equation_spans
-        )
+        return place is not None and any(start <= place.start and place.end <= end for start, end in self.equations)
 
-    def _column(self, token: Token) -> int:
-        return 0  # columns mean nothing to TeX
+    def column(self, token: Token) -> int:
+        """Columns mean nothing to TeX."""
+        return 0
 
-    def _read_equations(self, span: Span) -> tuple[s.Declaration, ...]:
-        self._equation_spans.append(span)
-        return super()._read_equations(span)
-
-    def _equation_tokens(self, span: Span) -> Tokens:
+    def equation_tokens(self, span: Span) -> Tokens:
+        """The tokens of CSPm that the markup in a part of the source stands for."""
         pieces: list[str] = []
         places: list[tuple[int, int, int]] = []
         length = 0
@@ -405,7 +392,7 @@ class MarkupClasses(Classes):
 
     def _pieces(self, span: Span) -> Iterator[tuple[Token, str]]:
         """The tokens in a part of the document with what they stand for in CSPm."""
-        inside = [t for t in self.tokens if span.start <= t.start and t.end <= span.end and t.start < t.end]
+        inside = [t for t in self.found if span.start <= t.start and t.end <= span.end and t.start < t.end]
         texts = [self._csp(token) for token in inside]
         for number, (token, text) in enumerate(zip(inside, texts, strict=True)):
             # The bars in `\lpar | A | \rpar` belong to the brackets.

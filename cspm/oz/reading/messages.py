@@ -212,18 +212,6 @@ def literal(span: Span) -> Diagnostic:
     )
 
 
-@mistake(
-    "CSP616",
-    "a paragraph is nested too deeply",
-    explanation="Brackets, quantifiers and conditionals can be nested many thousand times, but not without limit.",
-    example="A predicate with a million opening brackets.",
-    repair="Name parts of it in abbreviations.",
-)
-def too_deep(span: Span) -> Diagnostic:
-    """The nesting is beyond what can be read."""
-    return Diagnostic("CSP616", "this is nested too deeply", span, help="give names to parts of it")
-
-
 # --- LaTeX -------------------------------------------------------------------------------------------------------
 
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from cspcheck.checker.search.spill import Spill
 from cspcheck.checker.specification.acceptances import divergent_states
 from cspcheck.checker.verdict import Outcome, Verdict
 from cspcheck.cspm.process.terms import DIV, SKIP, STOP, Chaos, Process, Rename, Run
@@ -138,6 +141,19 @@ def test_a_deterministic_process_is_equivalent_to_its_candidate(process: Process
         states = explicit.after(rows, trace)
         assert set(chosen.allowed(node)) == explicit.events(rows, states)
         assert {frozenset(acceptance) for acceptance in chosen.acceptances(node)} == explicit.acceptances(rows, states)
+
+
+@settings(deadline=None)
+@given(st.one_of(terms, nearly_deterministic), st.integers(0, 3))
+def test_larger_than_memory_it_is_told_as_in_memory(
+    tmp_path_factory: pytest.TempPathFactory, process: Process, rows: int
+) -> None:
+    if divergent_states(lts(rows_of(process))).any():
+        return
+    expected = checker(full=True).check_property(process, "deterministic", "F")
+    place = Spill(tmp_path_factory.getbasetemp() / "spilled", rows)
+    found = checker(full=True, beyond=place).check_property(process, "deterministic", "F")
+    assert replace(found, seconds=0, peak_memory_bytes=0) == replace(expected, seconds=0, peak_memory_bytes=0)
 
 
 def test_both_runs_are_told() -> None:

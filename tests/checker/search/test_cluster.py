@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import random
+import threading
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,12 +20,13 @@ from cspcheck.checker.check import Checker
 from cspcheck.checker.checks.store import Machines
 from cspcheck.checker.network.network import Network
 from cspcheck.checker.packing.packed import pack
-from cspcheck.checker.search import cluster
-from cspcheck.checker.search.checkpoint import Checkpoints
-from cspcheck.checker.search.cluster import Cluster
+from cspcheck.checker.search import cluster, visited
+from cspcheck.checker.search.checkpoint import Checkpoint, Checkpoints
+from cspcheck.checker.search.cluster import Cluster, SharedSearch
 from cspcheck.checker.search.exploration import explore
 from cspcheck.checker.search.pair_search import explore_pairs
 from cspcheck.checker.search.paths import shortest_path
+from cspcheck.checker.search.visited import Visited
 from cspcheck.checker.specification.normal_form import NormalModel
 from cspcheck.checker.verdict import Limits, Outcome, Verdict
 from cspcheck.cspm.script import load
@@ -112,8 +117,8 @@ def test_a_search_that_is_ended_is_ended_in_all_processes() -> None:
 
 
 def test_too_little_memory_is_no_wrong_answer() -> None:
-    packed = pack(synchronised({f"P{i}": cycle(f"a{i}", f"b{i}", f"c{i}") for i in range(8)}))
-    limits = Limits(memory_bytes=40_000)
+    packed = pack(synchronised({f"P{i}": cycle(f"a{i}", f"b{i}", f"c{i}") for i in range(7)}))
+    limits = Limits(memory_bytes=20_000)
     found = with_ranks(2, lambda others: explore(packed, compiled=False, limits=limits, beyond=others))
     assert (found.stop, found.complete) == ("memory", False)
 
@@ -121,12 +126,79 @@ def test_too_little_memory_is_no_wrong_answer() -> None:
 def test_what_was_found_before_a_limit_is_told_behind_it() -> None:
     """The ways to a divergence on the first levels are taken out by messages, when there is no memory left."""
     loops = synchronised(
-        {f"P{i}": cycle(f"a{i}", f"b{i}", f"c{i}") for i in range(8)} | {"T": cycle("t", "u")}, {"t", "u"}
+        {f"P{i}": cycle(f"a{i}", f"b{i}", f"c{i}") for i in range(7)} | {"T": cycle("t", "u")}, {"t", "u"}
     )
-    limits = Limits(memory_bytes=40_000)
+    limits = Limits(memory_bytes=20_000)
     found = with_ranks(2, lambda others: explore(pack(loops), compiled=False, limits=limits, beyond=others))
     assert (found.stop, found.complete, found.divergence_level) == ("memory", False, 0)
     assert len(shortest_path(found, found.tau_cyclic(0))) == 0
+
+
+LOOPS = {f"P{i}": cycle(f"a{i}", f"b{i}", f"c{i}") for i in range(6)}
+
+
+@pytest.mark.parametrize("rank", ["search", "rank 1"])
+def test_a_process_that_the_system_gives_no_more_memory(rank: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    grow = Visited.grow
+
+    def refused(self: Visited, *rest: Any) -> None:
+        if threading.current_thread().name == rank:
+            raise MemoryError
+        grow(self, *rest)
+
+    monkeypatch.setattr(Visited, "grow", refused)
+    monkeypatch.setattr(visited, "LOAD", (1, 16))
+    found = with_ranks(3, lambda others: explore(pack(synchronised(LOOPS)), compiled=False, beyond=others))
+    assert (found.stop, found.complete) == ("memory", False)
+
+
+def test_when_the_first_process_fails_it_goes_on_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    packed = pack(synchronised(LOOPS))
+    finish = SharedSearch._finish_level
+
+    def failing(self: SharedSearch, *rest: Any) -> None:
+        if threading.current_thread().name == "search" and len(self.levels) > 3:
+            raise IndexError("nobody expected this")
+        finish(self, *rest)
+
+    monkeypatch.setattr(SharedSearch, "_finish_level", failing)
+
+    def searches(others: Cluster) -> int:
+        with pytest.raises(IndexError):
+            explore(packed, compiled=False, beyond=others)
+        return explore(packed, compiled=False, beyond=others).levels[-1]
+
+    assert with_ranks(3, searches) == 3**6
+
+
+def test_a_disk_that_is_full_for_one_process_ends_the_writing_for_all(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    packed = pack(synchronised(LOOPS))
+    write = Checkpoint.write_pieces
+    tries = {"search": 0, "rank 1": 0}
+
+    def full(self: Checkpoint, pieces: Any) -> tuple[int, int]:
+        tries[threading.current_thread().name] += 1
+        if threading.current_thread().name == "rank 1" and tries["rank 1"] == 3:
+            write(self, pieces[:1])
+            return errno.ENOSPC, 0
+        return write(self, pieces)
+
+    monkeypatch.setattr(Checkpoint, "write_pieces", full)
+    told_lines: list[str] = []
+    places = Checkpoints(tmp_path / "c", belongs(), resume=False, every=0.0, tell=told_lines.append)
+    search = partial(explore, packed, compiled=False)
+    whole = with_ranks(2, lambda others: search(beyond=others, checkpoints=places))
+    assert told(whole) == told(search())
+    assert told_lines == [f"no more checkpoints: {os.strerror(errno.ENOSPC)} ({tmp_path / 'c'})"]
+    assert tries == {"search": 3, "rank 1": 3}
+
+    monkeypatch.undo()
+    small_buffers(monkeypatch)
+    monkeypatch.setattr(cluster, "BATCH", 5)
+    again = Checkpoints(tmp_path / "c", belongs(), resume=True, every=0.0)
+    assert told(with_ranks(3, lambda others: search(beyond=others, checkpoints=again))) == told(whole)
 
 
 @pytest.mark.parametrize("stops", [1, 2, 3, 4])

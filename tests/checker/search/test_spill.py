@@ -177,6 +177,10 @@ assert COUNT(0) [T= ALL
 assert LESS(0) [T= ALL
 assert ALL [F= ALL [| {| a |} |] LATE(4)
 assert ALL [FD= ALL [| {| b |} |] LOOP(1)
+assert ALL \\ {| b |} :[deterministic]
+assert (ALL ||| a.0 -> a.1 -> b.0 -> STOP) \\ {| b |} :[deterministic]
+assert ALL ||| P(0) :[deterministic [F]]
+assert (ALL ||| SKIP) ; ALL :[deterministic]
 """
 
 

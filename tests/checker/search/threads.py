@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import queue
 import threading
 from collections.abc import Callable
@@ -74,7 +75,12 @@ class ThreadRanks:
 def with_ranks(size: int, work: Callable[[Cluster], T]) -> T:
     """Do something in the first of so many threads while the others serve."""
     shared = Shared(size)
-    threads = [threading.Thread(target=Cluster(ThreadRanks(shared, rank)).serve) for rank in range(1, size)]
+
+    def serve(rank: int) -> None:
+        with contextlib.suppress(threading.BrokenBarrierError):  # the first one has failed
+            Cluster(ThreadRanks(shared, rank)).serve()
+
+    threads = [threading.Thread(target=serve, args=(rank,), name=f"rank {rank}") for rank in range(1, size)]
     for thread in threads:
         thread.start()
     first = Cluster(ThreadRanks(shared, 0))

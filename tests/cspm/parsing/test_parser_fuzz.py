@@ -5,6 +5,7 @@ The environment variable ``CSPCHECK_FUZZ`` says how many inputs are tried (5000 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -17,12 +18,14 @@ from cspcheck.cspm.printing.formatter import format_source
 from cspcheck.cspm.printing.printer import print_script
 from cspcheck.cspm.source import Source
 from cspcheck.cspm.syntax import tree as s
+from tests.cspm import causes
 from tests.cspm.syntax.strategies_syntax import fuzz, scripts, without_brackets
 
 pytestmark = pytest.mark.slow
 
 CORPUS = Path(__file__).parents[2] / "corpus"
 SCRIPTS = [path.read_bytes() for path in sorted(CORPUS.rglob("*.csp"))]
+SCRIPTS += [text.encode() for text in (*causes.SCRIPTS, *causes.CLASSES)]
 
 PIECES = [
     *(b"(", b")", b"{", b"}", b"<", b">", b"{|", b"|}", b"[|", b"|]", b"[[", b"]]", b"[", b"]", b"(| ", b"|)", b"|>"),
@@ -91,7 +94,13 @@ def check_tree(source: Source, script: s.Script) -> None:
 @st.composite
 def mutated(draw: st.DrawFn) -> bytes:
     """A script of the corpus with some bytes changed, dropped, added or moved."""
-    content = draw(st.sampled_from(SCRIPTS))
+    return draw(damaged(SCRIPTS))
+
+
+@st.composite
+def damaged(draw: st.DrawFn, contents: Sequence[bytes]) -> bytes:
+    """One of the texts with some bytes changed, dropped, added or moved."""
+    content = draw(st.sampled_from(contents))
     for _ in range(draw(st.integers(1, 4))):
         place = draw(st.integers(0, len(content)))
         end = min(place + draw(st.integers(0, 12)), len(content))
