@@ -364,6 +364,7 @@ class Checker:
             check: does it.
             length: for ``has trace`` the number of events, which the beginning may tell all about.
         """
+        self._sure.outcome = None  # what was sure of another question says nothing of this one
         if subject is not None and not self._machines.full and budget.limits.states is None:
             for states in EARLY:
                 try:

@@ -233,7 +233,8 @@ def edited(paths: Sequence[str]) -> Diagnostic:
     "hand-written methods do not fit any more",
     explanation="""
 The specification has changed: a task has other methods, or methods with other parameters, than its `_methods.py` file
-was written for. The file is never changed by `cspcheck gen`; the message shows what to change in it.
+(in C `methods.c`, in Ada `methods.adb`) was written for. The file is never changed by `cspcheck gen`, which ends with
+1; the message shows what to change in it.
 """,
     example="a method `m` of a process becomes `m!x`, and its body in `p_methods.py` is still `def m(self) -> None`",
     repair="change the definition in the file to the one that the message shows",

@@ -9,6 +9,10 @@ from hypothesis import HealthCheck, settings
 # These scripts are material for the tests; many of them are wrong on purpose.
 collect_ignore_glob = ["cases/*.csp", "corpus/*", "cspcheck/failing/*"]
 
+# Programs that tests run keep their bytecode like installed ones do: without it each of them compiles the whole package
+# again, and the test command takes half as long again.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
 # A loaded machine is no reason for a test to fail.
 # The same examples every time, so that a change fails for what it changes.
 # CSPCHECK_EXAMPLES raises the number of examples of every property that does not set its own, and looks for new ones.

@@ -71,7 +71,7 @@ def deterministic(context: Context, process: Process, model: FailuresModel) -> O
     counts = exploration.levels[-1], exploration.transitions
     if not exploration.complete:
         return _as_far_as_explored(context, process, exploration, model)
-    if not (exploration.is_partial and _may_branch(exploration)) and _by_form(exploration):
+    if _by_form(exploration):
         return budget.outcome(Verdict.PASS, None, *counts)
     try:
         trace = _first_nondeterminism(context, process, exploration)
@@ -190,17 +190,14 @@ def explored_part(exploration: Exploration, last: int | None = None) -> Lts:
     return Lts(offsets.astype(np.int64), np.concatenate(labels), np.concatenate(targets))
 
 
-def _may_branch(exploration: Exploration) -> bool:
-    """Whether it takes more than what the search has seen to know that a process is deterministic by its form."""
-    return exploration.has_tau or exploration.branching or exploration.packed.network.terminated
-
-
 def _by_form(exploration: Exploration) -> bool:
-    """Whether there are no taus, no event with two targets, and nothing beside a tick."""
+    """Whether there are no taus, no event with two targets, and nothing beside a tick, as far as what is kept tells."""
     if exploration.has_tau or exploration.branching:
         return False
     if not exploration.packed.network.terminated:
         return True
+    if exploration.is_partial:
+        return False  # its states would have to be looked at
     for chunk in in_chunks(exploration, np.arange(exploration.levels[-1])):
         lengths = np.diff(chunk.offsets)
         if (np.repeat(lengths, lengths)[chunk.events == TICK] > 1).any():

@@ -7,11 +7,12 @@ Python integers; machine code the arrays themselves.
 from __future__ import annotations
 
 import inspect
+import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from threading import Lock
 from types import FunctionType, ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -25,6 +26,8 @@ from cspcheck.checker.kernels import (
     runs as kernels_runs,
     table as table_kernels,
 )
+
+T = TypeVar("T")
 
 MODULES: tuple[ModuleType, ...] = (
     table_kernels,
@@ -122,14 +125,29 @@ def is_loaded() -> bool:
 
 _forms: dict[bool, Kernels] = {}
 _making = Lock()
+_at_work: dict[str, machine_code.Apart[Any]] = {}
 
 
 def _loaded(compiled: bool, notify: Callable[[str], None] = lambda line: None) -> Kernels:
-    if compiled not in _forms:
-        with _making:
-            if compiled not in _forms:
-                _forms[compiled] = _compiled(notify) if compiled else _interpreted()
-    return _forms[compiled]
+    found = _forms.get(compiled)
+    if found is None:
+        made = _made_apart("kernels", lambda: _compiled(notify)) if compiled else _interpreted()
+        found = _forms.setdefault(compiled, made)
+    return found
+
+
+def _made_apart(name: str, make: Callable[[], T]) -> T:
+    """What *make* gives in a thread of its own; who asks while it is at work waits for the same."""
+    with _making:
+        work = _at_work.get(name)
+        if work is None or work.process != os.getpid():
+            work = _at_work[name] = machine_code.Apart(make)
+    try:
+        made: T = work.result()
+        return made
+    finally:
+        if work.has_ended:  # else whoever waited was stopped, and the next to ask waits on
+            _at_work.pop(name, None)
 
 
 def _interpreted() -> Kernels:
@@ -166,8 +184,7 @@ def _compiled(notify: Callable[[str], None]) -> Kernels:
     def widely() -> machine_code.Linked:
         """The kernels for tables of 64-bit entries, which hardly any machine has the memory for."""
         if not wide:
-            with _making:
-                wide.append(_linked(lambda line: None, wide=True))
+            wide.append(_made_apart("wide kernels", lambda: _linked(lambda line: None, wide=True)))
         return wide[0]
 
     functions = {

@@ -9,15 +9,16 @@ in each run.
 from __future__ import annotations
 
 import ctypes
+import os
 import sys
 import threading
 import time
 from array import array
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path
 from types import FunctionType, ModuleType
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -25,6 +26,8 @@ from cspcheck.checker.arrays import Int32Array, Int64Array, UInt8Array
 from cspcheck.checker.guard import set_aside
 from cspcheck.cspm.caches import cache_folder, seal, store, unsealed, usable
 from cspcheck.cspm.interruption import during
+
+T = TypeVar("T")
 
 WAIT = 0.02
 """Seconds between two looks at whether the compiler has ended."""
@@ -42,18 +45,16 @@ DTYPES: Mapping[Any, np.dtype[Any]] = {
 class Linked:
     """Machine code in this process, and the addresses of its entries."""
 
-    def __init__(self, code: bytes) -> None:
+    def __init__(self, code: bytes, entries: Iterable[str]) -> None:
+        """*entries*: the functions of the machine code that are called from outside."""
         llvm = _llvm()
         # The engine wants a module of its own before it takes object files.
         self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine(llvm))
         self._object = llvm.ObjectFileRef.from_data(code)
         self._engine.add_object_file(self._object)
         self._engine.finalize_object()
-
-    def address(self, name: str) -> int:
-        """Where a function begins; 0 if there is none of this name."""
-        found: int = self._engine.get_function_address(name)
-        return found
+        self.addresses: Mapping[str, int] = {name: self._engine.get_function_address(name) for name in entries}
+        """Where each entry begins."""
 
 
 class Caller:
@@ -74,7 +75,7 @@ class Caller:
         self._widely: Caller | None = None
         self._results = results(function)
         self._room = [0] * len(self._results)
-        self._call = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(linked.address(entry_name(function.__name__)))
+        self._call = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(linked.addresses[entry_name(function.__name__)])
         self._linked = linked  # the code goes when this goes
 
     def __call__(self, *arguments: Any) -> Any:
@@ -152,20 +153,18 @@ def linked(
         notify: called before it is made.
         wide: whether it is the wide kernels.
     """
+    from cspcheck.checker.kernels.translated_types import entry_name
+
+    names = [entry_name(name) for name in entries]
     code = None if place is None else unsealed(place)
     if code is not None:
-        return Linked(code)
+        return Linked(code, names)
     notify()
-    made: list[bytes] = []
-
-    def make() -> None:
-        made.append(compiled(modules, entries, wide))
-        if place is not None:
-            store(place, seal(made[0]))
-
     with set_aside():
-        uninterrupted(make)
-    return Linked(made[0])
+        code = compiled(modules, entries, wide)
+    if place is not None:
+        store(place, seal(code))
+    return Linked(code, names)
 
 
 def compiled(modules: Sequence[ModuleType], entries: Entries, wide: bool = False) -> bytes:
@@ -212,24 +211,48 @@ def _machine(llvm: Any) -> Any:
     return target.create_target_machine(cpu=name, features=features, opt=3, codemodel="jitdefault", jit=True)
 
 
-def uninterrupted(work: Callable[[], None]) -> None:
-    """Do *work* in a thread of its own: what stops or interrupts this one does not arrive there.
+class Apart(Generic[T]):
+    """Work in a thread of its own: what stops or interrupts who waits for it does not arrive there.
 
-    The end of the program waits for that thread: nothing else may take LLVM away from it.
+    All that LLVM is asked for is asked in such a thread. Its library takes a lock for each call, and an exception that
+    comes from outside at the wrong moment would leave that lock taken for ever.
+
+    The end of the program waits for the thread: nothing else may take LLVM away from it.
     """
-    ended: list[BaseException | None] = []
 
-    def run() -> None:
-        try:
-            work()
-            ended.append(None)
-        except BaseException as error:
-            ended.append(error)
+    def __init__(self, work: Callable[[], T]) -> None:
+        self.process = os.getpid()
+        """The process that the thread is in; there is none in those that are forked from it."""
+        self._made: list[T] = []
+        self._ended: list[BaseException | None] = []
 
-    threading.Thread(target=run, name="compiler").start()
-    with during("compiling the search kernels for this machine, which happens once"):
-        # Not by joining the thread: CPython 3.11 counts one as ended whose joining was interrupted.
-        while not ended:
-            time.sleep(WAIT)
-    if ended[0] is not None:
-        raise ended[0]
+        def run() -> None:
+            try:
+                self._made.append(work())
+                self._ended.append(None)
+            except BaseException as error:
+                self._ended.append(error)
+
+        threading.Thread(target=run, name="compiler").start()
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether it is over."""
+        return bool(self._ended)
+
+    def result(self) -> T:
+        """What the work gave, once it has ended; whoever is stopped meanwhile may ask again.
+
+        Raises:
+            BaseException: the one that the work ended in.
+        """
+        with during("compiling the search kernels for this machine, which happens once"):
+            # Not by joining the thread: CPython 3.11 counts one as ended whose joining was interrupted. The first
+            # looks are close together, for mostly nothing has to be compiled.
+            wait = WAIT / 64
+            while not self._ended:
+                time.sleep(wait)
+                wait = min(2 * wait, WAIT)
+        if self._ended[0] is not None:
+            raise self._ended[0]
+        return self._made[0]

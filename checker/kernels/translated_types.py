@@ -6,6 +6,7 @@ import ast
 import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from types import FunctionType
 from typing import Any, get_args, get_origin, get_type_hints
 
@@ -70,10 +71,11 @@ def results(function: FunctionType) -> tuple[Any, ...]:
     return get_args(kind) if get_origin(kind) is tuple else (kind,)
 
 
-def members(kind: Any) -> list[tuple[str, Any]]:
-    """The members of a named tuple and their types."""
+@cache
+def members(kind: Any) -> tuple[tuple[str, Any], ...]:
+    """The members of a named tuple and their types; found once, for each call of a kernel asks for them."""
     hints = get_type_hints(kind)
-    return [(name, hints[name]) for name in kind._fields]
+    return tuple((name, hints[name]) for name in kind._fields)
 
 
 def words_of(kind: Any) -> list[Any]:

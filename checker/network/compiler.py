@@ -122,12 +122,11 @@ class Compiler:
                     return priority.over(plain._composed(priority.operand, few))
                 except _TooLarge:
                     pass
-                if few >= SMALL:
-                    try:
-                        # A priority may leave next to nothing of components that have nearly no end.
-                        return self._single(process, few)
-                    except LimitReached:
-                        pass
+                try:
+                    # A priority may leave next to nothing of components that have nearly no end.
+                    return self._single(process, few)
+                except LimitReached:
+                    pass
             return priority.over(plain._network(priority.operand, most))
         except (TooManyActions, LimitReached):
             # Without the priority there may be no end to it.

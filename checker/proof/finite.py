@@ -71,7 +71,7 @@ def found_in_scope(
                 values[variable] = frame[slots.slot(twin.name, twin.role)]
             return True
 
-        plan = solver(evaluator, slots, unknowns, conjuncts(predicates))
+        plan = solver(evaluator, slots, unknowns, conjuncts(predicates), lazily=True)
         plan.run(slots.frame(), take)
         ground = {variable: grounded(value, variable.type, specification.frees) for variable, value in values.items()}
     except (Failure, ValueError, KeyError, TypeError):

@@ -115,9 +115,10 @@ def composed(
         poll: called now and then; what it raises ends the work.
 
     Raises:
-        Unsuited: the network has formats, or termination that is no part of every component.
+        Unsuited: the network has formats, rules that give way to others (what a part may do then depends on all the
+            others), or termination that is no part of every component.
     """
-    if network.formats != 1:
+    if network.formats != 1 or any(rule.raises or rule.yields for rule in network.rules):
         raise Unsuited
     work = _Work(network, model, visible)
     work.run(poll)

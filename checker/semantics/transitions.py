@@ -80,6 +80,8 @@ class Semantics:
         self._ahead = ahead
         self._has_delegates = prioritised is not None or followed is not None
         self._known: dict[Process, Row] = {}
+        self._latest: tuple[Process, Row] | None = None
+        """The state that was asked for last: explanations ask once for each of its steps."""
         self._nested = 0
 
     def state(self, process: Process) -> Process:
@@ -100,6 +102,9 @@ class Semantics:
         found = known.get(state)
         if found is not None:
             return found
+        latest = self._latest
+        if latest is not None and latest[0] is state:
+            return latest[1]
         delegate = self._delegate(state) if self._has_delegates else None
         if delegate is not None:
             return delegate.transitions(state)
@@ -120,7 +125,9 @@ class Semantics:
             else:
                 known[term] = self._apply(term)
                 todo.pop()
-        return self._apply(state)
+        row = self._apply(state)
+        self._latest = state, row
+        return row
 
     def applied(self, term: Process, rows: list[Row]) -> list[Step]:
         """What the rule of the operator of *term* gives for operands with these transitions, in no special order."""

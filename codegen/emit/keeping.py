@@ -23,6 +23,7 @@ from pathlib import Path
 
 from cspcheck.codegen import messages
 from cspcheck.codegen.emit.project import RUNTIME, Project
+from cspcheck.codegen.emit.signatures import heads_in
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
 
 LIST = ".cspcheck-gen.json"
@@ -65,11 +66,12 @@ def write(project: Project, folder: str | os.PathLike[str], *, force: bool = Fal
     if edited and not force:
         raise ScriptError(messages.edited(sorted(edited)))
     result = Written()
-    for name in project.yours:
+    for name, text in project.yours.items():
         if (place / name).exists():
             result.kept.append(name)
-            interface = project.interfaces.get(name)  # where there is none, a compiler tells
-            warning = None if interface is None else _misfit(name, _text_of(place / name), interface)
+            interface = project.interfaces.get(name)
+            mine = _text_of(place / name)
+            warning = _unlike(name, mine, text) if interface is None else _misfit(name, mine, interface)
             if warning is not None:
                 result.warnings.append(warning)
     place.mkdir(parents=True, exist_ok=True)
@@ -153,6 +155,21 @@ def _misfit(name: str, text: str | None, interface: Mapping[str, str]) -> Diagno
     have = [f"def {signature}" for method, signature in found.items() if method in missing or method in surplus]
     want = [f"def {signature}" for signature in missing.values()]
     lines = [line for line in difflib.ndiff(have, want) if not line.startswith("?")]
+    return messages.interface_changed(name, lines)
+
+
+def _unlike(name: str, mine: str | None, fresh: str) -> Diagnostic | None:
+    """What a person's file in C or Ada lacks of the functions that it would be given today.
+
+    A function too much is nobody's business: it may be a helper.
+    """
+    found = heads_in(name, mine or "")
+    want = heads_in(name, fresh)
+    wrong = [one for one, head in want.items() if one not in found or found[one].shape != head.shape]
+    if not wrong:
+        return None
+    have = [found[one].shown for one in wrong if one in found]
+    lines = [line for line in difflib.ndiff(have, [want[one].shown for one in wrong]) if not line.startswith("?")]
     return messages.interface_changed(name, lines)
 
 

@@ -266,8 +266,9 @@ class Routine:
     def _refer(self, key: Any, base: Env, arguments: Env, body: Process | None) -> Reference:
         return Reference(key, Use(self, key, base, arguments, body))
 
-    def unfold(self, key: Any, text: Callable[[], str], env: Env, body: Process | None) -> Process:
-        """The term of a reference: its body, and while that is a reference, that one's term."""
+    def unfold(self, use: Use, text: Callable[[], str], env: Env) -> Process:
+        """The term of a reference: its body, which the use keeps, and while that is a reference, that one's term."""
+        key = use.key
         unfolding = self.evaluator.unfolding
         if key in unfolding:
             names = [name() for name in list(unfolding.values())[list(unfolding).index(key) :]]
@@ -276,7 +277,9 @@ class Routine:
             raise Failure(messages.never_begins(next(iter(unfolding.values()))(), LONGEST_UNFOLDING, self.span))
         unfolding[key] = text
         try:
-            term = self.enter_process(env) if body is None else body
+            if use.body is None:
+                use.body = self.enter_process(env)
+            term = use.body
             while type(term) is Reference:
                 term = term.body()
         except Failure as failure:
@@ -352,7 +355,7 @@ class Use(Definition):
 
     def _unfold(self) -> Process:
         arguments = self.routine.prepared(self.arguments)
-        return self.routine.unfold(self.key, lambda: self.text, self.base + arguments, self.body)
+        return self.routine.unfold(self, lambda: self.text, self.base + arguments)
 
 
 def passed(

@@ -270,14 +270,7 @@ class Expressions(Patterns):
     def _print_dot(self, node: s.Dot, place: NodePlace) -> Printing:
         brackets = place.level < DOT
         inside = part_of(place, brackets, level=DOT - 1, begins_row=False, tight=True)
-        parts: list[Doc] = []
-        rest: s.Expr = node
-        while isinstance(rest, s.Dot):
-            parts += [(yield rest.left, replace(inside, follow=DOT)), "."]
-            rest = rest.right
-        parts.append((yield rest, inside))
-        doc = cat(*parts)
-        return bracketed(doc) if brackets else doc
+        return (yield from self._dotted(node, inside, brackets))
 
     # --- processes -------------------------------------------------------------------------------------------
 

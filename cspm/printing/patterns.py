@@ -85,10 +85,13 @@ class Patterns:
     @PRINTS(s.DotPattern)
     def _print_dot_pattern(self, node: s.DotPattern, place: NodePlace) -> Printing:
         brackets = place.level < DOT
-        inside = part_of(place, brackets, level=DOT - 1)
+        return (yield from self._dotted(node, part_of(place, brackets, level=DOT - 1), brackets))
+
+    def _dotted(self, node: s.Dot | s.DotPattern, inside: NodePlace, brackets: bool) -> Printing:
+        """Fields with dots between them, each printed in the place *inside*."""
         parts: list[Doc] = []
-        rest: s.Pattern = node
-        while isinstance(rest, s.DotPattern):
+        rest: s.Node = node
+        while isinstance(rest, s.Dot | s.DotPattern):
             parts += [(yield rest.left, replace(inside, follow=DOT)), "."]
             rest = rest.right
         parts.append((yield rest, inside))

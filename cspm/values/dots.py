@@ -130,6 +130,10 @@ class ChannelHead(Head):
         if event is not None:
             return event
         declared = self.declared
+        for i, counted in enumerate(declared.domains):
+            # What the table cannot count, it takes as it comes.
+            if counted is None and not self.domains[i].contains(fields[i]):
+                raise self.outside(i, fields[i])
         try:
             number = self.channels.table.event(declared, fields)
         except KeyError:

@@ -12,7 +12,10 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 import cspcheck
+from cspcheck.checker.semantics.transitions import Semantics
 from cspcheck.codegen.design.program import design
+from cspcheck.codegen.design.system import system
+from cspcheck.codegen.emit import ada, freertos
 from cspcheck.codegen.emit.keeping import LIST, Written, orphans, write
 from cspcheck.codegen.emit.project import Project, project
 
@@ -71,6 +74,44 @@ def test_a_changed_interface_is_shown_and_not_touched(tmp_path: Path) -> None:
     assert warning.message == "`maker_methods.py` does not fit the specification any more"
     assert warning.notes == ("- def make(self) -> None\n+ def make(self) -> int\n+ def rest(self) -> None",)
     assert (tmp_path / "maker_methods.py").read_text() == mine
+
+
+MADE = "channel make, link, show : {0..3}\nMaker = make?x -> link!x -> Maker\nUser = link?x -> show!x -> User\n"
+PAIRS = MADE.replace("make, link, show : {0..3}", "make, link : {0..3}\nchannel show : {0..3}.{0..3}").replace(
+    "show!x", "show!x!x"
+)
+COMPOSED = "SYSTEM = Maker [| {| link |} |] User\n"
+
+
+@pytest.mark.parametrize(
+    ("target", "file", "difference"),
+    [
+        (
+            "freertos",
+            "methods.c",
+            ("- void user_show(int32_t it)", "+ void user_show(int32_t field_1, int32_t field_2)"),
+        ),
+        (
+            "ada",
+            "methods.adb",
+            ("- procedure User_show (It : Type_0)", "+ procedure User_show (Field_1 : Type_0; Field_2 : Type_0)"),
+        ),
+    ],
+)
+def test_a_changed_interface_in_c_and_ada_is_shown_too(
+    target: str, file: str, difference: tuple[str, str], tmp_path: Path
+) -> None:
+    def written(text: str) -> Written:
+        script = cspcheck.loads(text + COMPOSED)._script
+        made = system(script, "SYSTEM", Semantics())
+        return write(ada.project(made, "o", script) if target == "ada" else freertos.project(made, "o"), tmp_path)
+
+    assert written(MADE).warnings == []
+    mine = (tmp_path / file).read_text().replace("field_1", "it").replace("User_show (Field_1", "User_show (It")
+    (tmp_path / file).write_text(mine + ("\nstatic void helper(void)\n{\n}\n" if target == "freertos" else ""))
+    assert written(MADE).warnings == []  # names of parameters are the person's own, and so are helpers
+    (warning,) = written(PAIRS).warnings
+    assert (warning.code, warning.notes) == ("CSP809", ("\n".join(difference),))
 
 
 def test_a_task_that_is_gone_leaves_its_methods(tmp_path: Path) -> None:

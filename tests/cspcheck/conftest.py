@@ -267,13 +267,6 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture(scope="session")
-def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """The environment in which programs are run: this source tree, UTF-8, and bytecode like an installed program."""
-    changed = {
-        **os.environ,
-        "PYTHONPATH": str(ROOT),
-        "PYTHONIOENCODING": "utf-8",
-        "PYTHONPYCACHEPREFIX": str(tmp_path_factory.mktemp("bytecode")),
-    }
-    changed.pop("PYTHONDONTWRITEBYTECODE", None)
-    return changed
+def environment() -> dict[str, str]:
+    """The environment in which programs are run: this source tree, and UTF-8."""
+    return {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "utf-8"}

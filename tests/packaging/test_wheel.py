@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tarfile
@@ -22,8 +23,12 @@ ROOT = Path(__file__).resolve().parents[2]
 def release(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the sdist and the wheel that is built from it."""
     folder = tmp_path_factory.mktemp("release")
+    # From a copy: building writes into the source tree, where another worker may be building at the same time.
+    source = tmp_path_factory.mktemp("source") / ROOT.name
+    own = shutil.ignore_patterns(".git", ".venv", ".*cache*", ".hypothesis", "__pycache__", "build", "*.egg-info")
+    shutil.copytree(ROOT, source, symlinks=True, ignore=own)
     subprocess.run(
-        [sys.executable, "-m", "build", "--no-isolation", "--outdir", str(folder), str(ROOT)],
+        [sys.executable, "-m", "build", "--no-isolation", "--outdir", str(folder), str(source)],
         check=True,
         capture_output=True,
     )

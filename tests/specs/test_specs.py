@@ -35,7 +35,7 @@ WHOLE_MACHINES = {
     ("freertps/freertps.csp", "Original({})"): (84, 267),
     ("freertps/freertps.csp", "Discovering"): (256, 768),
     ("freertps/reliability.csp", "Channel(Writer(0, <>), Network(EachKind, 1))"): (2550, 3780),
-    ("freertps/scheduling.csp", "Board(PID_FIRST, 5, PUBLICATION)"): (2000, 2000),
+    ("freertps/scheduling.csp", "Board(PID_FIRST, 5, PUBLICATION)"): (44, 44),
     ("microautoware/microautoware.csp", "Required(SIGNALS)"): (234, 1229),
     ("microautoware/microautoware.csp", "Thread(SIGNALS, false)"): (1400, 9256),
     ("microautoware/tasks.csp", "Sharing(Behind)"): (1272, 2516),

@@ -38,7 +38,6 @@ _BRACKETS: Final = frozenset().union(*_OPENED_BY.values())
 _COMPREHENSIONS: Final = frozenset(["_COMPREHENSION", "_SCHEMA_SET"])
 _QUANTIFIERS: Final = frozenset(["forall", "exists", "exists1"])
 _BINDERS: Final = frozenset([*_QUANTIFIERS, "lambda", "mu", "let", *_COMPREHENSIONS])
-_DISTRIBUTORS: Final = frozenset(["[]", "and", ";", "||"])
 
 _IN_BRACKETS: Final[dict[str, tuple[str, ...]]] = {
     "_CALL": ("`)`", "`,`", OPERATOR),
@@ -316,7 +315,7 @@ class _Situation:
         return messages.schema_in_two_words(span, str(first.value), str(second.value))
 
     def _misplaced(self) -> Diagnostic:
-        before = self.at - 1
+        before = self.at - 2
         if before >= 0 and self.tokens[before].first and self.layout.two_words(before):
             return self._two_words(before)  # read as one more predicate of the section before
         words = self._found(self.token)

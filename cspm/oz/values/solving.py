@@ -88,19 +88,31 @@ class Solver:
             evaluator.readings.use(readings)
 
 
-def solver(evaluator: Evaluator, scope: Scope, unknowns: Sequence[Unknown], predicates: Iterable[Term]) -> Solver:
-    """Plan how to find *unknowns* that satisfy all *predicates* and lie in their carriers."""
+def solver(
+    evaluator: Evaluator,
+    scope: Scope,
+    unknowns: Sequence[Unknown],
+    predicates: Iterable[Term],
+    *,
+    lazily: bool = False,
+) -> Solver:
+    """Plan how to find *unknowns* that satisfy all *predicates* and lie in their carriers.
+
+    *lazily*: plan a branch when the search first comes to it, as most never are where few values are tried. What the
+    solver says of itself, readings and whether it is bounded, is then that of the branches planned so far.
+    """
     for unknown in unknowns:
         scope.slot(*unknown.key)
-    planner = _Planner(evaluator, scope)
+    planner = _Planner(evaluator, scope, lazily)
     run = planner.plan(tuple(conjuncts(predicates)), tuple(unknowns))
     return Solver(run, tuple(planner.sampled.values()), planner.bounded)
 
 
 class _Planner:
-    def __init__(self, evaluator: Evaluator, scope: Scope) -> None:
+    def __init__(self, evaluator: Evaluator, scope: Scope, lazily: bool = False) -> None:
         self.evaluator = evaluator
         self.scope = scope
+        self._branch = self._later if lazily else self.plan
         self.sampled: dict[Name, tuple[Unknown, tuple[FiniteReading, ...]]] = {}
         self.bounded = True
         self._branched = 0
@@ -242,15 +254,27 @@ class _Planner:
             return self.plan((*others, *conjuncts((term.condition, term.body))), (*unknowns, *more))
         if isinstance(term, If) and self.free(term.test).isdisjoint(keys):
             test = self.evaluator.predicate(term.test, self.scope)
-            then = self.plan((*others, *conjuncts([term.then])), unknowns)
-            otherwise = self.plan((*others, *conjuncts([term.otherwise])), unknowns)
+            then = self._branch((*others, *conjuncts([term.then])), unknowns)
+            otherwise = self._branch((*others, *conjuncts([term.otherwise])), unknowns)
             return lambda frame, emit: then(frame, emit) if test(frame) else otherwise(frame, emit)
         alternatives = _alternatives(term)
         if alternatives is None:
             return None
-        steps = [self.plan((*others, *conjuncts(alternative)), unknowns) for alternative in alternatives]
+        steps = [self._branch((*others, *conjuncts(alternative)), unknowns) for alternative in alternatives]
 
         return lambda frame, emit: _first(steps, frame, emit)
+
+    def _later(self, pending: tuple[Term, ...], unknowns: tuple[Unknown, ...]) -> SolvingStep:
+        """A step that is planned when it is first taken."""
+        planned: list[SolvingStep] = []
+
+        def step(frame: Frame, emit: Emit) -> bool:
+            if not planned:
+                planned.append(self.plan(pending, unknowns))
+            frame.extend([None] * (len(self.scope.slots) - len(frame)))
+            return planned[0](frame, emit)
+
+        return step
 
     # --- one value after the other -------------------------------------------------------------------------------
 

@@ -172,6 +172,29 @@ def test_who_is_stopped_while_waiting_leaves_the_compiler_to_its_work(
     assert use() == []
 
 
+def test_llvm_is_called_where_no_limit_arrives() -> None:
+    """Its library holds a lock in each call, which somebody who is stopped there would keep for ever."""
+    from llvmlite.binding import ffi
+
+    callers: set[str] = set()
+
+    def called() -> None:
+        callers.add(threading.current_thread().name)
+
+    def left() -> None:
+        pass
+
+    use()
+    before = dict(jit._forms)  # machine code that is given up calls the library, too
+    ffi.register_lock_callback(called, left)
+    try:
+        use()
+    finally:
+        ffi.unregister_lock_callback(called, left)
+    assert len(before) == 1
+    assert callers == {"compiler"}
+
+
 def test_arguments_are_what_the_kernel_was_made_for() -> None:
     use()
     code = jit.kernels(True)

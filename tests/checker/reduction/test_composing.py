@@ -15,13 +15,13 @@ from cspcheck.checker.reduction.composing import Unsuited, composed
 from cspcheck.checker.search.exploration import explore
 from cspcheck.checker.verdict import Outcome, Verdict
 from cspcheck.cspm import script
-from cspcheck.cspm.process.terms import Process
+from cspcheck.cspm.process.terms import Prioritised, Process
 from cspcheck.cspm.source import Source
 from tests.checker.explicit import refinement_violation
 from tests.checker.philosophers import philosophers
 from tests.checker.terms import ALL, compositions, processes, told
 from tests.checker.test_check import questions
-from tests.checker.textbook import checker, rows_of
+from tests.checker.textbook import a, b, c, checker, events, rows_of
 
 
 @pytest.fixture
@@ -66,6 +66,30 @@ class TestNothingIsLost:
             for kept in ("T", "F", "FD") if model == "FD" else ("T", "F"):
                 assert refinement_violation(original, small, kept) is None, told(process)
                 assert refinement_violation(small, original, kept) is None, told(process)
+
+    @settings(max_examples=15)
+    @given(compositions(size=4, components=3), processes(size=5), st.permutations([a, b, c]))
+    def test_a_priority_over_a_composition_is_kept(self, p: Process, q: Process, order: list[int]) -> None:
+        first, second, third = map(events, order)
+        p = Prioritised(p, (first, second, third))
+        full, reducing = checker(full=True), checker()
+        for question in questions(p, q):
+            assert question(reducing).verdict == question(full).verdict, told(p) + "\n" + told(q)
+
+    def test_what_a_priority_takes_away_is_missed_where_it_is_reached_late(self) -> None:
+        assert self.verdict("P") is Verdict.PASS
+        assert self.verdict("prioritise(P, <{b}, {a}>)") is Verdict.FAIL
+
+    def verdict(self, process: str) -> Verdict:
+        text = r"""external prioritise
+channel a, b, fin
+channel s : {1..4}
+M(i) = s.i -> fin -> STOP
+U = a -> U [] b -> U
+P = (([| {fin} |] i : {1..4} @ M(i)) [| {fin} |] fin -> U) \ {| s |}
+assert fin -> U [F= """
+        (outcome,) = answers(text + process + "\n")
+        return outcome.verdict
 
 
 class TestMachinesInsideTerms:

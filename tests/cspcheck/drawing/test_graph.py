@@ -174,10 +174,11 @@ def test_what_cannot_be_drawn_is_refused_in_words(
 
 @pytest.mark.slow
 def test_a_component_that_grows_without_end_is_refused_in_words(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr("cspcheck.checker.network.compiler.MOST_TERMS", 5_000)
     script = tmp_path / "counter.csp"
     script.write_text("channel tick, tock\nCounter(n) = tick -> Counter(n + 1)\nTwo = Counter(0) ||| tock -> STOP\n")
 
     assert run(["graph", str(script), "Two", "--architecture"]) == 2
-    assert capsys.readouterr().err.startswith("error[CSP503]: more than 500,000 states: `Counter` is called with")
+    assert capsys.readouterr().err.startswith("error[CSP503]: more than 5,000 states: `Counter` is called with")
