@@ -31,7 +31,10 @@ INTERVAL = 0.02
 PATIENCE = 0.2
 """Seconds that work which looks at its time itself may take to notice that it is over."""
 AGAIN = 1.0
-"""Seconds after which who has not stopped is told again: somebody on the way may have dropped the exception."""
+"""Seconds after which who has not stopped is told again: somebody on the way may have dropped the exception.
+
+What is dropped by Python itself, because it came inside a finaliser or the callback of a weak reference, is told again
+at once (:class:`_Dropped`)."""
 SPARE = 1.03
 """A search may use all of its memory limit; other work is stopped a little above, so that the search stops first."""
 SCARCE = 0.02
@@ -125,7 +128,7 @@ class Guard:
         self._memory = None if memory_bytes is None else int(memory_bytes * SPARE)
         self._thread = 0
         self._end = float("inf")
-        self._asked = 0.0
+        self._asked = float("-inf")
         self._words: list[object] = []
 
     def run(self, work: Callable[[], T]) -> T:
@@ -140,6 +143,7 @@ class Guard:
     def __enter__(self) -> Self:
         self._thread = threading.get_ident()
         self._end = float("inf") if self._seconds is None else working_time() + self._seconds + PATIENCE
+        _Dropped.install()
         _watcher.add(self)
         return self
 
@@ -171,6 +175,11 @@ class Guard:
             self._asked = now
             _raise_in(self._thread, Stopped)
 
+    def tell_again(self, thread: int) -> None:
+        """What was sent to a thread did not arrive."""
+        if thread == self._thread:
+            self._asked = float("-inf")
+
     def _passed(self, now: float) -> Limit | None:
         if working_time() > self._end:
             return "seconds"
@@ -182,6 +191,25 @@ class Guard:
         if used > SMALL and _watcher.memory_is_scarce(now):
             return "machine"
         return None
+
+
+class _Dropped:
+    """Where Python reports what it cannot raise: a :class:`Stopped` among it is sent again instead of printed."""
+
+    def __init__(self, other: Callable[[sys.UnraisableHookArgs], object]) -> None:
+        self._other = other
+
+    def __call__(self, unraisable: sys.UnraisableHookArgs, /) -> None:
+        if issubclass(unraisable.exc_type, Stopped):
+            _watcher.tell_again(threading.get_ident())
+        else:
+            self._other(unraisable)
+
+    @staticmethod
+    def install() -> None:
+        """Put it before whoever hears of such exceptions now."""
+        if not isinstance(sys.unraisablehook, _Dropped):
+            sys.unraisablehook = _Dropped(sys.unraisablehook)
 
 
 def _raise_in(thread: int, kind: type[BaseException]) -> None:
@@ -215,6 +243,12 @@ class _Watcher:
         with self._lock:
             if guard in self._guards:
                 self._guards.remove(guard)
+
+    def tell_again(self, thread: int) -> None:
+        """Send what a thread did not get once more, without waiting."""
+        # Without the lock, which this thread may hold: it can have been stopped anywhere.
+        for guard in list(self._guards):
+            guard.tell_again(thread)
 
     def memory_is_scarce(self, now: float) -> bool:
         """Whether the machine has next to no memory left."""

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cspcheck.checker.budget import Incomplete
 from cspcheck.checker.checks.along import along_original
 from cspcheck.checker.checks.context import Context, reached
 from cspcheck.checker.checks.reducing import as_they_are, model_for, reduced
@@ -39,8 +40,23 @@ def refines(context: Context, specification: Process, model: NormalModel, implem
     Raises:
         Incomplete: the specification could not be explored as far as the implementation follows it.
     """
+    machines, budget = context.machines, context.budget
+    if machines.grows(specification, budget):
+        try:
+            followed = machines.followed(specification, model, implementation, budget)
+            return _refines(context, specification, followed, model, implementation)
+        except Incomplete:
+            if budget.is_over():
+                raise
+    normal_form = machines.specification(specification, model, implementation, budget)
+    return _refines(context, specification, normal_form, model, implementation)
+
+
+def _refines(
+    context: Context, specification: Process, normal_form: Specification, model: NormalModel, implementation: Process
+) -> Outcome:
+    """The outcome for a specification that is normalised; see :func:`refines`."""
     budget = context.budget
-    normal_form = context.machines.specification(specification, model, implementation, budget)
     pairs = None
     if context.machines.reduces:
         # Laid out under the limits of the assertion: a component may have more states than are looked at first.

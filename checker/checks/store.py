@@ -47,6 +47,12 @@ KEPT_BYTES = 1 << 30
 BEGINNING = 20_000
 """So many states of a process without end are looked at for something that is wrong early on."""
 
+LISTED_FIRST = 8_000
+"""A specification with a component of more states is first followed term by term, as far as the implementation goes."""
+
+FOLLOWED_FIRST = 20_000
+"""So many states of it are looked at before it is explored by itself."""
+
 MANY_COMPONENTS = 256
 """A process of more components is reduced at once where the question allows it: to lay out its states takes longer."""
 
@@ -144,6 +150,29 @@ class Machines:
                 found = compiler.network(process, limits, lambda _: budget.check_time())
             except LimitReached as reached:
                 raise Incomplete(budget.too_many_terms(reached), reached.states, endless=True) from None
+            self._keep(key, found, 0)
+        return found
+
+    def grows(self, process: Process, budget: Budget) -> bool:
+        """Whether a component of a process has more than ``LISTED_FIRST`` states by itself, perhaps without end.
+
+        Raises:
+            Incomplete: there was no time to find out.
+        """
+        most = budget.limits.states
+        if self.full or (most is not None and most <= LISTED_FIRST) or is_chased(process):
+            return False
+        key = ("grows", process)
+        found: bool | None = self._find(key)
+        if found is None:
+            limits = replace(budget.limits, states=LISTED_FIRST)
+            self._terms.begin(process, budget)
+            try:
+                # Not what may be known by now: the answer must not depend on which assertions came before.
+                self._terms.compiler.network(process, limits, lambda _: budget.check_time())
+                found = False
+            except LimitReached:
+                found = True
             self._keep(key, found, 0)
         return found
 
@@ -330,6 +359,29 @@ class Machines:
         budget.used(found.offsets.nbytes + found.labels.nbytes + found.targets.nbytes)
         return found
 
+    def followed(
+        self, process: Process, model: NormalModel, implementation: Process, budget: Budget
+    ) -> LazySpecification:
+        """The normal form of a process that grows as a search reaches it, for the first states of the process only.
+
+        A search that needs more of them ends in :class:`Incomplete`.
+        """
+        return self._lazy(process, model, implementation, budget, FOLLOWED_FIRST, Incomplete("", FOLLOWED_FIRST))
+
+    def _lazy(
+        self,
+        process: Process,
+        model: NormalModel,
+        implementation: Process,
+        budget: Budget,
+        most: int,
+        why: Incomplete,
+    ) -> LazySpecification:
+        alphabet = self.packed(implementation, budget).events[1:]
+        return LazySpecification(
+            process, model, alphabet, most, why, lambda: budget.check_time("exploring the specification")
+        )
+
     def specification(
         self, process: Process, model: NormalModel, implementation: Process, budget: Budget
     ) -> Specification:
@@ -353,11 +405,8 @@ class Machines:
             except Incomplete as incomplete:
                 if budget.is_over():
                     raise
-                alphabet = self.packed(implementation, budget).events[1:]
                 most = MOST_TERMS if budget.limits.states is None else budget.limits.states
-                return LazySpecification(
-                    process, model, alphabet, most, incomplete, lambda: budget.check_time("exploring the specification")
-                )
+                return self._lazy(process, model, implementation, budget, most, incomplete)
             with during("normalising the specification"):
                 if is_deterministic(lts):
                     found = normalise(lts, model, minimise=not self.full)

@@ -7,6 +7,7 @@ question is refused, never guessed.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from math import inf
 from typing import Any
 
 from cspcheck.cspm.values import messages as messages
@@ -90,7 +91,7 @@ def _subset_by_form(left: Set, right: Set) -> bool | None:
     if isinstance(right, Union):
         if any(part.is_finite() is False and _subset_by_form(left, part) for part in right.sets):
             return True
-        return None
+        return False if isinstance(left, Integers) else None  # what is listed leaves a gap below the rest
     match left, right:
         case Integers(), Integers():
             return right.low is None or (left.low is not None and left.low >= right.low)
@@ -126,8 +127,37 @@ def union(left: Set, right: Set) -> Set:
         return right
     if right.is_finite() and subset(right, left):
         return left
-    parts = dict.fromkeys([*_union_parts(left), *_union_parts(right)])
+    parts = list(dict.fromkeys([*_union_parts(left), *_union_parts(right)]))
+    upwards = min((part for part in parts if isinstance(part, Integers)), key=_low, default=None)
+    if upwards is not None:
+        return _integers(parts, upwards)
     return Union(tuple(parts)) if len(parts) > 1 else left
+
+
+def _low(numbers: Integers) -> float:
+    return -inf if numbers.low is None else numbers.low
+
+
+def _integers(parts: list[Set], upwards: Integers) -> Set:
+    """A set of integers without an upper bound in its one form: what is listed leaves a gap below the rest."""
+    if upwards.low is None:
+        return upwards
+    low = upwards.low
+    apart: list[Set] = []  # ranges that are better not listed
+    listed: set[int] = set()
+    for part in parts:
+        if isinstance(part, Range) and part.exceeds(LARGEST):
+            if part.numbers.stop < low:
+                apart.append(part)
+            else:
+                low = min(low, part.numbers.start)
+        elif part.is_finite():
+            listed.update(part.finite().listed())
+    while low - 1 in listed:
+        low -= 1
+    below = {n for n in listed if n < low}
+    found = [*apart, *([set_of(below)] if below else []), Integers(low)]
+    return Union(tuple(found)) if len(found) > 1 else found[0]
 
 
 def _union_parts(s: Set) -> tuple[Set, ...]:
@@ -204,6 +234,9 @@ def difference(left: Set, right: Set) -> Set:
             return left
         if type(left) is not type(right):
             return left
+    if isinstance(left, Integers) and left.low is not None and isinstance(right, Integers):
+        assert right.low is not None  # else all was taken away above, and so was it if nothing is left below
+        return Range(left.low, right.low - 1)
     if isinstance(left, Integers) and left.low is not None and isinstance(right, Range | FiniteSet):
         taken = right.elements()
         numbers = [n for n in taken if type(n) is int]

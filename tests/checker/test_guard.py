@@ -42,6 +42,39 @@ def test_work_is_stopped() -> None:
     assert guard.reached == "seconds"
 
 
+class Busy:
+    """An object that is at work while it goes."""
+
+    def __init__(self, guard: Guard, reports: list[str]) -> None:
+        self.guard, self.reports = guard, reports
+
+    def __del__(self) -> None:
+        while self.guard.reached is None:
+            pass
+        for _ in range(100_000):
+            pass
+        self.reports.append("not stopped in the finaliser")  # Python drops what arrived before
+
+
+def test_what_a_finaliser_drops_arrives_again(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("cspcheck.checker.guard.AGAIN", float("inf"))  # never without a reason
+    reports: list[str] = []
+    guard = Guard(seconds=-1)
+
+    def work() -> None:
+        Busy(guard, reports)
+        while True:
+            pass
+
+    with pytest.raises(Stopped):
+        guard.run(work)
+    assert guard.reached == "seconds"
+    assert not reports
+    assert capsys.readouterr().err == ""
+
+
 def test_work_that_ends_in_time_is_let_alone() -> None:
     assert Guard(seconds=60).run(lambda: 42) == 42
 

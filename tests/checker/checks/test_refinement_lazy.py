@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from cspcheck.checker.budget import Incomplete
+from cspcheck.checker.checks import store
 from cspcheck.checker.specification.lazy import FOREIGN, LazySpecification
 from cspcheck.checker.verdict import Verdict
 from cspcheck.cspm.process.terms import DIV, STOP, Buffer, Prefix, Process, Reference
@@ -131,3 +132,23 @@ class TestRefinement:
         if found.counterexample is not None and whole.counterexample is not None:
             assert found.counterexample.kind == whole.counterexample.kind
             assert identifiers(found.counterexample.trace) == identifiers(whole.counterexample.trace)
+
+    @pytest.mark.parametrize("model", ["T", "F", "FD"])
+    def test_it_is_followed_before_it_is_explored(self, model: str) -> None:
+        """With no limit at all nobody waits for a specification without end."""
+        outcome = checker().check_refinement(timid_buffer, model, self.bounded(3))  # type: ignore[arg-type]
+        assert (outcome.verdict, outcome.states) == (Verdict.PASS, 4)
+        found = checker().check_refinement(endless_buffer, model, then(a, b, b, STOP)).counterexample  # type: ignore[arg-type]
+        assert found is not None
+        assert found.trace == (("a", "b") if model == "T" else ("a",))
+
+    def test_what_was_asked_before_makes_no_difference(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(store, "LISTED_FIRST", 3)
+        # Two states of each that are equal: a normal form that is there as a whole has fewer.
+        twice = forever(a, b, a, b)
+        fresh = checker().check_refinement(twice, "FD", forever(a, b))
+        engine = checker()
+        assert engine.check_property(twice, "deterministic").verdict is Verdict.PASS
+        assert engine.check_refinement(twice, "FD", twice).verdict is Verdict.PASS
+        later = engine.check_refinement(twice, "FD", forever(a, b))
+        assert (later.verdict, later.states, later.transitions) == (fresh.verdict, fresh.states, fresh.transitions)
