@@ -251,8 +251,7 @@ class _Reading:
         if len(set(names)) < len(names):
             raise Unreadable("a class occurs twice")
         return [
-            component(self._specification, model, qualified=qualified, visible=visible, angelic=self._context.angelic)
-            for model, visible in self._classes
+            component(self._context, model, qualified=qualified, visible=visible) for model, visible in self._classes
         ]
 
     def _system(self, composition: Composition, components: Sequence[Component]) -> System:

@@ -6,7 +6,7 @@ the machine stands for all events of its channel. Everything else is said to be 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from cspcheck.checker.semantics.growth import LimitReached
@@ -16,6 +16,7 @@ from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.typing.equations import defined_name, names_in
 from cspcheck.cspm.process import terms as process
+from cspcheck.cspm.process.construction import external_choice, prefix
 from cspcheck.cspm.process.events import TAU, TICK, EventSet
 from cspcheck.cspm.process.terms import Definition, Process, Reference
 from cspcheck.cspm.syntax import tree as syntax
@@ -52,8 +53,12 @@ ANYTHING = Control(((),), frozenset())
 """The control of a class without a CSP part: it takes no part in anything."""
 
 
-def control(model: core.ClassModel) -> Control:
+def control(model: core.ClassModel, taken: Container[str] = ()) -> Control:
     """The CSP parts of a class, side by side on the channels that they have in common.
+
+    Args:
+        model: the class.
+        taken: names that stand for something outside the class: where an event binds a value, they are constants.
 
     Raises:
         Unreadable: it depends on values, is not finite, or has an operator whose meaning is not read off.
@@ -66,7 +71,7 @@ def control(model: core.ClassModel) -> Control:
     whole: Process | None = None
     known: set[str] = set()
     for number, part in enumerate(parts):
-        equations = _Equations(part.equations, numbers, number)
+        equations = _Equations(part.equations, numbers, number, taken)
         one = equations.named("main")
         mentioned = {name for name in _followed(part.equations) if name in numbers}
         if whole is None:
@@ -114,8 +119,11 @@ def _followed(equations: Sequence[syntax.Declaration]) -> set[str]:
 class _Equations:
     """The equations of one part as terms of processes over the numbers of channels."""
 
-    def __init__(self, equations: Iterable[syntax.Declaration], numbers: Mapping[str, int], part: int) -> None:
+    def __init__(
+        self, equations: Iterable[syntax.Declaration], numbers: Mapping[str, int], part: int, taken: Container[str]
+    ) -> None:
         self._numbers = numbers
+        self._taken = taken
         self._key = (object(), part)
         self._bodies: dict[str, syntax.Expr] = {}
         for equation in equations:
@@ -133,9 +141,9 @@ class _Equations:
             case syntax.Paren():
                 return self._process(node.inner)
             case syntax.Prefix():
-                return process.prefix(self._event(node), self._process(node.body))
+                return prefix(self._event(node), self._process(node.body))
             case syntax.ProcessBinary(operator="[]"):
-                return process.external_choice((self._process(node.left), self._process(node.right)))
+                return external_choice((self._process(node.left), self._process(node.right)))
             case syntax.ProcessBinary(operator="|~|"):
                 return process.InternalChoice((self._process(node.left), self._process(node.right)))
             case syntax.ProcessBinary(operator=";"):
@@ -152,16 +160,29 @@ class _Equations:
         text = " ".join(node.span.text.split())
         raise Unreadable(f"`{text if len(text) < 60 else text[:57] + '...'}` in its process equations is not read")
 
-    def _event(self, prefix: syntax.Prefix) -> int:
-        channel = prefix.channel
+    def _event(self, node: syntax.Prefix) -> int:
+        channel = node.channel
         while isinstance(channel, syntax.Paren):
             channel = channel.inner
         if isinstance(channel, syntax.Name) and len(channel.parts) == 1 and channel.parts[0] in self._numbers:
-            used = {name.parts[0] for name in names_in(prefix.body)}
-            if all(_ignored(field, used) for field in prefix.fields):
+            used = {name.parts[0] for name in names_in(node.body)}
+            if all(self._ignored(field, used) for field in node.fields):
                 return self._numbers[channel.parts[0]]
-        text = " ".join(prefix.span.text.split("->")[0].split())
+        text = " ".join(node.span.text.split("->")[0].split())
         raise Unreadable(f"its process equations look at the values of `{text}`")
+
+    def _ignored(self, field: syntax.Field, used: set[str]) -> bool:
+        """Whether a field takes any value, and nothing is done with it."""
+        if field.kind != "?" or field.restriction is not None:
+            return False
+        match field.pattern:
+            case syntax.Wildcard():
+                return True
+            case syntax.NamePattern() as pattern:
+                return (
+                    pattern.text not in used and pattern.text not in self._taken and pattern.text not in self._numbers
+                )
+        return False
 
     def _channels(self, node: syntax.Expr) -> EventSet:
         while isinstance(node, syntax.Paren):
@@ -171,18 +192,6 @@ class _Equations:
             if len(names) == len(node.items) and all(len(n) == 1 and n[0] in self._numbers for n in names):
                 return EventSet.of(sorted({self._numbers[name] for (name,) in names}))
         raise Unreadable("its process equations have a set of events that is not one of whole channels")
-
-
-def _ignored(field: syntax.Field, used: set[str]) -> bool:
-    """Whether a field takes any value, and nothing is done with it."""
-    if field.kind != "?" or field.restriction is not None:
-        return False
-    match field.pattern:
-        case syntax.Wildcard():
-            return True
-        case syntax.NamePattern() as pattern:
-            return pattern.text not in used
-    return False
 
 
 def after(machine: Control, states: frozenset[int], channel: str) -> frozenset[int]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from cspcheck.checker.proof.definedness import Definedness
 from cspcheck.checker.proof.one_point import eliminated
@@ -31,6 +31,9 @@ from cspcheck.checker.proof.terms import (
 from cspcheck.checker.proof.unbounded.control import Control, Unreadable, control
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Term, Variable
+
+if TYPE_CHECKING:
+    from cspcheck.cspm.oz.processes.context import ClassContext
 
 Configuration: TypeAlias = tuple[int, ...]
 
@@ -320,27 +323,29 @@ def every(values: Iterable[Variable], premise: Term, conclusion: Term) -> Term:
     return quantified("forall", binders, TRUE, substitute(implication(premise, conclusion), table))
 
 
-def component(
-    specification: core.Specification, model: core.ClassModel, *, qualified: bool, visible: bool, angelic: bool
-) -> Component:
+def component(context: ClassContext, model: core.ClassModel, *, qualified: bool, visible: bool) -> Component:
     """A class as a component.
 
     Raises:
-        Unreadable: what its control does depends on values.
+        Unreadable: what its control does depends on values, or which events it has is not up to classes alone.
     """
     from cspcheck.checker.proof.simulation import qualified as with_qualified_names
 
-    machine = control(model)
+    specification = context.specification
+    constructors = {name for free in specification.frees.values() for name, _ in free.branches}
+    machine = control(model, context.declared | constructors)
     labels: dict[str, str | None] = {}
     for channel in model.channels.values():
         match channel.kind:
-            case "chan":
+            case "chan" if (model.name, channel.name) not in context.unshared:
+                if channel.parameters and channel.name in context.declared:
+                    raise Unreadable(f"the script declares what `{channel.name}` carries")
                 labels[channel.name] = channel.name
             case "method":
                 labels[channel.name] = f"{model.name}::{channel.name}" if visible else None
-            case "operation":
+            case "chan" | "operation":
                 labels[channel.name] = f"{model.name}::{channel.name}"
             case _:
                 labels[channel.name] = None
     named = with_qualified_names(model, True) if qualified else model
-    return Component(model.name, Situation(specification, named), machine, labels, angelic)
+    return Component(model.name, Situation(specification, named), machine, labels, context.angelic)

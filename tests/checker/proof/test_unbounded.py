@@ -239,3 +239,58 @@ end
     assert wrong.verdict is Verdict.FAIL
     assert wrong.counterexample is not None
     assert len(wrong.counterexample.trace) == 1
+
+
+def test_a_constructor_where_an_event_binds_a_value_is_a_constant() -> None:
+    text = """STATUS ::= normal | alert
+class C
+  chan set : [s? : STATUS]
+  main = set?alert -> main
+  op com_set s? : STATUS where s? = normal
+end
+"""
+    script = load(Source("test.csp", text))
+    outcome = for_all_values(script.assertion("C :[deadlock free]").node, script)
+    assert outcome is not None
+    assert (outcome.verdict, outcome.reason) == (
+        Verdict.UNKNOWN,
+        "its process equations look at the values of `set?alert`",
+    )
+    assert checked(text, "C :[deadlock free]").verdict is Verdict.FAIL
+
+
+def test_a_channel_whose_values_the_script_declares_is_left_to_the_search() -> None:
+    text = """channel put : {0..3}
+class C
+  chan put : [x? : nat]
+  state n : nat
+  init n = 0
+  op com_put Delta(n) x? : nat where n < 4 and n' = x?
+end
+"""
+    script = load(Source("test.csp", text))
+    outcome = for_all_values(script.assertion("C :[deadlock free]").node, script)
+    assert outcome is not None
+    assert (outcome.verdict, outcome.reason) == (Verdict.UNKNOWN, "the script declares what `put` carries")
+
+
+def test_channels_of_a_generic_class_are_its_own_and_those_of_its_instances_are_shared() -> None:
+    text = """given ITEM
+class Stack[T]
+  chan push : [x? : T]
+  state s : seq T
+  init s = <>
+  op com_push Delta(s) x? : T where s' = <x?> ^ s
+end
+class Items inherit Stack[ITEM] end
+class Once
+  chan push : [x? : ITEM]
+  main = push -> STOP
+end
+"""
+    apart = checked(text, "Stack || Once :[deadlock free]")
+    assert apart.verdict is Verdict.PASS
+    met = checked(text, "Items || Once :[deadlock free]")
+    assert met.verdict is Verdict.FAIL
+    assert met.counterexample is not None
+    assert met.counterexample.trace == ("push.ITEM_1",)
