@@ -41,7 +41,7 @@ class Classes:
         return self.context.has_left
 
     def chosen(self, readings: Sequence[str]) -> bool:
-        """Whether one of some readings is none of the script: the value taken for a constant that its axioms leave open."""
+        """Whether one of some readings is none of the script: a value of a constant that its axioms leave open."""
         return not set(readings) <= {written(reading) for reading in self.context.specification.readings}
 
     def readings(self, names: Names, operands: Sequence[syntax.Expr]) -> tuple[str, ...]:
