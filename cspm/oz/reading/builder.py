@@ -17,6 +17,7 @@ from cspcheck.cspm.oz import syntax as z
 from cspcheck.cspm.oz.reading import messages as messages
 from cspcheck.cspm.oz.reading.layout import Laid
 from cspcheck.cspm.oz.reading.lexer import INFIX, NAMING, POSTFIX, PREFIX, Token
+from cspcheck.cspm.oz.reading.operators import inrel
 from cspcheck.cspm.oz.reading.precedence import DISTRIBUTED, Infix, Row, Signed, operation_tree, tree
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax.tree import NameDeclaration
@@ -111,7 +112,9 @@ class Terms:
     # --- rows ------------------------------------------------------------------------------------------------
 
     def row(self, span: Span, row: Part, operator: int, operand: z.Term | Signed) -> Row:
-        infix = Infix(INFIX[self.token(operator).kind])
+        token = self.token(operator)
+        named = self.laid.kinds[operator] == "RELATION"
+        infix = Infix(inrel(f"{token.value}{self._decoration(operator)}") if named else INFIX[token.kind])
         if isinstance(row, list):
             row += (infix, operand)
             return row

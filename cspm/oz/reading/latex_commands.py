@@ -37,6 +37,7 @@ _OTHERS: Final = {
     "|": r"\mid \bar \vert",
     "where": r"\where \ST",
     "initially": r"\initially",
+    "inrel": r"\inrel",
     "==": "",
     "SDEF": r"\sdef \sdefs \defs \triangleq",
     ";": r"\semi \zcmp \dzcmp",
@@ -96,6 +97,7 @@ for _command, _tidy in {
 for _command, _kind in {r"\dcnj": "and", r"\dgch": "[]", r"\dsqc": ";", r"\dpll": "||"}.items():
     COMMANDS[_command] = (_kind, "")
 COMMANDS[r"\cdot"] = COMMANDS[r"\ast"] = ("*", "*")
+COMMANDS[r"\project"] = COMMANDS[r"\zproject"] = ("filter", "")
 COMMANDS[r"\colon"] = (":", ":")
 COMMANDS[r"\dot"] = COMMANDS[r"\bullet"] = ("@", "@")
 COMMANDS[r"\ldots"] = ("..", r"\upto")

@@ -173,6 +173,8 @@ class Lexer:
         return "zed"
 
     def _add(self, kind: str, start: int, end: int, value: str = "", decoration: str = "", **more: bool) -> Token:
+        if kind == "NAME" and self.previous == "inrel":
+            kind = "RELATION"
         token = Token(
             kind,
             start,

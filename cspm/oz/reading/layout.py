@@ -85,29 +85,34 @@ class Frame:
 
     Attributes:
         opener: the kind of the bracket.
-        declaring: whether a binder declares its names.
         start: whether such a declaration begins with the next token.
         listing: whether the next name goes on with its names.
-        binders: how many binders wait for their ``@``.
+        binders: the binders that wait for their ``@``, innermost last: whether each declares its names still.
         conditionals: how many ``if`` wait for their ``else``.
     """
 
-    __slots__ = ("binders", "conditionals", "declaring", "listing", "opener", "start")
+    __slots__ = ("binders", "conditionals", "listing", "opener", "start")
 
     def __init__(self, opener: str) -> None:
         self.opener = opener
-        self.declaring = self.start = self.listing = False
-        self.binders = self.conditionals = 0
+        self.start = self.listing = False
+        self.binders: list[bool] = []
+        self.conditionals = 0
+
+    @property
+    def declaring(self) -> bool:
+        """Whether a binder declares its names."""
+        return bool(self.binders) and self.binders[-1]
 
     def binds(self) -> None:
         """A binder begins."""
-        self.declaring = self.start = True
-        self.binders += 1
+        self.start = True
+        self.binders.append(True)
 
     def goes_on(self, kind: str) -> bool:
         """Whether a token that begins a line goes on with what a binder or a conditional began."""
         if kind in ("|", "@"):
-            return self.binders > 0
+            return bool(self.binders)
         return kind in ("then", "else") and self.conditionals > 0
 
 
@@ -175,7 +180,7 @@ class Lines:
         if operation and token.kind in _OPERATION_GOES_ON:
             return False
         if len(self._frames) > 1:
-            return token.kind not in INFIX and token.kind not in CLOSERS.values() and token.kind not in ("|", "@")
+            return not (token.kind in INFIX or token.kind in CLOSERS.values() or token.kind in ("|", "@", "inrel"))
         return not continues(token)
 
     def _one_line(self, at: int, *, operation: bool = False, definition: bool = False, names: bool = False) -> int:
@@ -277,9 +282,11 @@ class Lines:
             self._frames.pop()
         elif kind in BINDERS or kind == "let":
             frame.binds()
-        elif kind in ("|", "@"):
-            frame.declaring = False
-            frame.binders -= kind == "@"
+        elif kind in ("|", "@") and frame.binders:
+            if kind == "|":
+                frame.binders[-1] = False
+            else:
+                frame.binders.pop()
         elif kind in ("if", "else"):
             frame.conditionals += 1 if kind == "if" else -1
         elif operation and kind in DISTRIBUTED and self._last not in COMPLETE:
@@ -323,10 +330,10 @@ class Lines:
             kind = "_RENAMING" if self._renames(at) else "_GENERICS" if tight else "["
         elif kind == "{" and self._declares[min(at + 1, len(self.tokens) - 1)]:
             kind = "_COMPREHENSION"
-            frame.declaring = True
+            frame.binders.append(True)
         elif kind == "{" and following.kind == "NAME" and second.kind in ("|", "@", ";"):
             kind = "_SCHEMA_SET"
-            frame.declaring = frame.start = True
+            frame.binds()
         self._emit(kind, at)
         self._frames.append(frame)
 

@@ -25,7 +25,7 @@ from cspcheck.cspm.oz.reading.operators import NUMBER_SETS, SPELLINGS, Spelling
 from cspcheck.cspm.source import Source, Span
 
 BINDERS: Final = {"forall": "∀", "exists": "∃", "exists1": "∃₁", "lambda": "λ", "mu": "μ"}
-WORDS: Final = frozenset(["where", "end", "true", "false", "if", "then", "else", "let", *BINDERS])
+WORDS: Final = frozenset(["where", "end", "true", "false", "if", "then", "else", "let", "inrel", *BINDERS])
 """Words of the notation that are no operators."""
 
 _SIGNS: Final = {
@@ -103,6 +103,9 @@ SECTION: Final = re.compile(
     re.MULTILINE,
 )
 """What a line begins with where a section of a class begins."""
+
+_INCLUSION: Final = re.compile(rf"(?:Delta|Δ)[ \t]+{_NAME}['?!]*(?![A-Za-z0-9_'?!]|[ \t]*[:,])")
+"""``Delta S`` in the brackets of a schema, which may begin a line there."""
 
 PARAGRAPH: Final = re.compile(
     rf"(?:class|given|schema|retrieve)[ \t]+{_NAME}"
@@ -189,8 +192,9 @@ def tokens(source: Source, start: int, end: int, scan: Scan) -> Iterator[Token]:
             yield Token("$END", last, last, first=True, section=True)
             return
         token = Token("", begin, position, first=broken, tight=begin == last and last > start)
+        includes = open_brackets[-1:] == ["["] and _INCLUSION.match(text, begin, end)
         if broken and (
-            SECTION.match(text, begin, end)
+            (SECTION.match(text, begin, end) and not includes)
             or (
                 not open_brackets
                 and (previous in OPERAND_ENDS or previous == ">>")
@@ -205,6 +209,8 @@ def tokens(source: Source, start: int, end: int, scan: Scan) -> Iterator[Token]:
             token.decoration = match["decoration"] or ""
             if token.decoration or token.section or word not in _WORDS or (previous == "." and word not in ("where",)):
                 token.kind, token.value = "NAME", "int" if word == "num" and not token.decoration else word
+                if previous == "inrel":
+                    token.kind = "RELATION"
             else:
                 token.kind = _WORDS[word]
                 token.value = word
@@ -279,7 +285,7 @@ class Extent:
 
 
 _CONTINUES_BEFORE: Final = frozenset(
-    [",", ";", ":", "|", "@", "==", "::=", "[]", "||", ".", "then", "else", "let", "if"]
+    [",", ";", ":", "|", "@", "==", "::=", "[]", "||", ".", "then", "else", "let", "if", "inrel", "RELATION"]
 )
 _NO_CONTINUATION: Final = frozenset(["-", "#"])
 """Operators that begin a line of their own."""
@@ -287,7 +293,7 @@ _NO_CONTINUATION: Final = frozenset(["-", "#"])
 
 def continues(token: Token) -> bool:
     """Whether a token at the beginning of a line goes on with the line before."""
-    return token.kind in INFIX and token.kind not in _NO_CONTINUATION
+    return token.kind == "inrel" or (token.kind in INFIX and token.kind not in _NO_CONTINUATION)
 
 
 def extent(source: Source, start: int) -> Extent:

@@ -284,7 +284,7 @@ class _Situation:
         if not self.accepts("INFIX"):
             if self.accepts("INT"):
                 return self._refuse("an expression")
-            if self.accepts("DECLARED", "NAME") or self.index == 0:
+            if self.accepts("DECLARED", "NAME", "RELATION") or self.index == 0:
                 return self._name_due()
         return self._behind_something()
 

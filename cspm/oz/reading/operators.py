@@ -157,6 +157,20 @@ SPELLINGS: Final = (
 
 BY_NAME: Final[Mapping[tuple[str, Kind], Spelling]] = {(s.name, s.kind): s for s in SPELLINGS}
 
+INREL: Final = "inrel "
+"""What the canonical name of a relation that is a name begins with: ``x inrel R y`` is ``(x, y) in R``."""
+
+
+def relation(name: str) -> Spelling:
+    """The spelling of a relation by its canonical name."""
+    return inrel(name.removeprefix(INREL)) if name.startswith(INREL) else BY_NAME[name, "relation"]
+
+
+def inrel(name: str) -> Spelling:
+    """The spelling of the relation that a name, perhaps decorated, stands for."""
+    return Spelling(INREL + name, "relation", RELATION, (INREL + name,), (), ())
+
+
 NUMBER_SETS: Final[Mapping[str, tuple[str, str]]] = {
     "nat": ("ℕ", r"\nat"),
     "nat1": ("ℕ₁", r"\nat_1"),

@@ -179,7 +179,7 @@ class Layout(Lines):
             return at
         self._emit(sign, at)
         if sign == "::=":
-            self._frames[-1].binders = len(self.tokens)  # each `|` goes on with the branches
+            self._frames[-1].binders.append(False)  # each `|` goes on with the branches
         return self._one_line(at + 1, definition=sign == "==")
 
     # --- classes ---------------------------------------------------------------------------------------------

@@ -44,6 +44,12 @@ def _relation(type_: Type) -> Type:
     return SetType(TupleType((type_.domain, type_.range)))
 
 
+def pair(first: Term, second: Term, span: Span) -> Term:
+    """A tuple of two terms."""
+    made = TupleType((first.type, second.type))
+    return Apply(type=made, operator="tuple", operands=(first, second), span=span)
+
+
 def by_pairs(term: Term, set_: Term, bound: Bound, span: Span) -> Term:
     """That a set of pairs is a function or a sequence that *set_* has, where :func:`is_by_pairs`."""
     assert isinstance(set_, Apply)

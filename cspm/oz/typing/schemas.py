@@ -1,8 +1,9 @@
 """Schemas as values: what a schema expression declares, and what it says of that.
 
-Inclusion, decoration, ``Delta S`` and ``Xi S``, the logical operators, hiding, quantifiers, composition, piping,
-``pre`` and renaming, as in Spivey, *The Z Notation* (1992), chapter 5. Names with a decoration are components of their
-own (``x``, ``x'``, ``x?``). Whatever the expression, the result is components with their sets, and predicates on them.
+Inclusion, decoration, ``Delta S`` and ``Xi S``, the logical operators, hiding, projection, quantifiers, composition,
+piping, ``pre`` and renaming, as in Spivey, *The Z Notation* (1992), chapter 5. Names with a decoration are components
+of their own (``x``, ``x'``, ``x?``). Whatever the expression, the result is components with their sets, and predicates
+on them.
 """
 
 from __future__ import annotations
@@ -80,6 +81,9 @@ class Schemas:
             case s.Operator(name="diff", operands=(left, hidden)):
                 inner = self.value(left, scope)
                 return None if inner is None else self._hidden(inner, hidden)
+            case s.Operator(name="filter", operands=(left, right)):
+                inner = self.value(left, scope)
+                return None if inner is None else self._projected(inner, self.needed(right, scope), node.span)
             case s.Operator(name="not", operands=(operand,)):
                 inner = self.value(operand, scope)
                 return None if inner is None else _logical("not", [inner], node.span)
@@ -203,6 +207,12 @@ class Schemas:
                 raise Wrong(messages.no_component(written or "this", item.span, suggestions(written, fields)))
             gone.append(fields[written])
         return self._exists(inner, gone, hidden.span)
+
+    def _projected(self, inner: Schema, onto: Schema, span: Span) -> Schema:
+        """Both schemas, with the components hidden that the second one has not."""
+        kept = {field.name for field in onto.fields}
+        both = _merged(inner, onto, span)
+        return self._exists(both, [field for field in both.fields if field.name not in kept], span)
 
     def _exists(self, inner: Schema, gone: Sequence[Declared], span: Span) -> Schema:
         if not gone:

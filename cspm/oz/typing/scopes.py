@@ -8,6 +8,7 @@ from typing import Final, Literal, TypeAlias
 
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.oz import core, syntax as s
+from cspcheck.cspm.oz.reading.operators import INREL
 from cspcheck.cspm.source import Span
 
 PredicatePlace = Literal["effect", "guard", "invariant", "initial", "axiom", "retrieve", "record"]
@@ -218,6 +219,14 @@ def mentioned(terms: Iterable[s.Term | None]) -> Iterator[s.Reference]:
         stack.extend(reversed(list(subterms(term))))
 
 
+def named(relation: str, span: Span) -> s.Reference:
+    """What the name in ``inrel R`` stands for."""
+    written = relation.removeprefix(INREL)
+    name = written.rstrip("'?!")
+    decoration: s.Decoration = written[len(name) :]  # type: ignore[assignment]
+    return s.Reference(span=span, name=name, decoration=decoration)
+
+
 def subterms(term: s.Term) -> Iterator[s.Term]:
     """The immediate subterms of a tree."""
     match term:
@@ -225,8 +234,11 @@ def subterms(term: s.Term) -> Iterator[s.Term]:
             yield from term.arguments
         case s.Grouped():
             yield term.inner
-        case s.Operator() | s.Chain():
+        case s.Operator():
             yield from term.operands
+        case s.Chain():
+            yield from term.operands
+            yield from (named(relation, term.span) for relation in term.relations if relation.startswith(INREL))
         case s.Application():
             yield term.function
             yield term.argument

@@ -30,7 +30,7 @@ from cspcheck.cspm.oz.core import (
     Type,
     Variable,
 )
-from cspcheck.cspm.oz.reading.operators import FUNCTIONS
+from cspcheck.cspm.oz.reading.operators import FUNCTIONS, INREL
 from cspcheck.cspm.oz.typing import type_messages as messages
 from cspcheck.cspm.oz.typing.everyday import (
     by_pairs,
@@ -40,6 +40,7 @@ from cspcheck.cspm.oz.typing.everyday import (
     is_by_pairs,
     is_iteration,
     iterated,
+    pair,
 )
 from cspcheck.cspm.oz.typing.fitting import UNKNOWN, Misfit, fit, join, unknown_in
 from cspcheck.cspm.oz.typing.forms import constructor, dotted, interval, is_schema, row, settled
@@ -57,6 +58,7 @@ from cspcheck.cspm.oz.typing.scopes import (
     SetEntry,
     StateEntry,
     VariableEntry,
+    named,
 )
 from cspcheck.cspm.oz.typing.typing_operators import (
     RULES,
@@ -171,7 +173,10 @@ class Typing:
         links = []
         for i, relation in enumerate(node.relations):
             span = node.operands[i].span.to(node.operands[i + 1].span)
-            links.append(self._related(relation, operands[i], operands[i + 1], span))
+            left, right = operands[i : i + 2]
+            if relation.startswith(INREL):
+                relation, left, right = "in", pair(left, right, span), self._term(named(relation, span), scope, place)
+            links.append(self._related(relation, left, right, span))
         return core.conjunction(tuple(links), node.span)
 
     def _related(self, relation: str, left: Term, right: Term, span: Span) -> Term:

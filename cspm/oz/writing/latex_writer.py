@@ -52,6 +52,7 @@ PREAMBLE: Final = r"""\documentclass{article}
 \providecommand{\prefix}{\mathrel{\mathsf{prefix}}}
 \providecommand{\suffix}{\mathrel{\mathsf{suffix}}}
 \providecommand{\infix}{\mathrel{\mathsf{in}}}
+\providecommand{\inrel}[1]{\mathrel{\underline{#1}}}
 \providecommand{\partition}{\mathrel{\mathsf{partition}}}
 \providecommand{\disjoint}{\mathop{\mathsf{disjoint}}}
 \providecommand{\inbag}{\mathrel{\mathsf{in}}}
@@ -342,6 +343,8 @@ def _sign(found: Sequence[Token], place: int, brackets: list[str], *, operations
     if kind == "NAME":
         name = str(token.value)
         return (_NAMES[name] if name in _NAMES and not token.decoration else _name(name)) + token.decoration
+    if kind == "RELATION":
+        return f"{{{_name(str(token.value))}{token.decoration}}}"
     if kind in ("INT", "REAL"):
         return str(token.value)
     if kind in NAMING and kind not in WORDS and not _applies(found, place):

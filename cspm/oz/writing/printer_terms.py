@@ -26,6 +26,7 @@ from cspcheck.cspm.oz.reading.operators import (
     PREFIX as PREFIX_LEVEL,
     RELATION,
     Spelling,
+    relation,
 )
 from cspcheck.cspm.printing.layout import HARD, LINE, SOFT, Doc, cat, first_text, group, join, nest
 from cspcheck.cspm.syntax.tree import NameDeclaration, Node
@@ -231,7 +232,7 @@ class Terms:
         return bracketed(doc) if brackets else doc
 
     def _chain(self, node: z.Chain, place: TermPlace) -> Doc:
-        spellings = [BY_NAME[relation, "relation"] for relation in node.relations]
+        spellings = [relation(name) for name in node.relations]
         return self._row(node, node.operands, spellings, RELATION, place)
 
     def _row(

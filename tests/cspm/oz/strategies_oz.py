@@ -41,7 +41,7 @@ numbers = node(
 )
 
 INFIX = sorted({s.name for s in SPELLINGS if s.kind == "infix" and s.name != "cross"})
-RELATIONS = sorted({s.name for s in SPELLINGS if s.kind == "relation"})
+RELATIONS = [*sorted({s.name for s in SPELLINGS if s.kind == "relation"}), "inrel f", "inrel items'"]
 UNARY = sorted({s.name for s in SPELLINGS if s.kind in ("prefix", "postfix")})
 
 

@@ -110,3 +110,20 @@ end
 """
     assertion = "Z :[has trace]: <twice.2, leaf_of.2>"
     assert outcome(f"{text}assert {assertion}", assertion)[0] == "pass"
+
+
+def test_a_name_between_what_it_relates() -> None:
+    relations = [frozenset(pairs) for size in range(3) for pairs in combinations(product(range(3), repeat=2), size)]
+    for relation in relations:
+        written = "{" + ", ".join(f"{a} |-> {b}" for a, b in sorted(relation)) + "}"
+        for a, b in product(range(3), repeat=2):
+            said = invariant(f"{a} inrel r {b}", "r : 0..2 <-> 0..2")
+            assert interpret(said, {"r": relation}) is ((a, b) in relation), (written, a, b)
+
+
+def test_a_function_relates_its_argument_to_its_value_and_the_types_must_fit() -> None:
+    assert interpret(invariant("1 <= 1 inrel f 2", "f : 0..2 -> 0..2"), {"f": {0: 0, 1: 2, 2: 0}}) is True
+    with pytest.raises(ScriptError, match="CSP631"):
+        invariant("true inrel r 1")
+    with pytest.raises(ScriptError, match="`s`"):
+        invariant("1 inrel s 1")

@@ -185,10 +185,15 @@ class TestDialects:
         init(r"\IF p \THEN a \ELSE \negate b.c", "if p then a else -b.c")
         init(r"s = \langle a, b \rangle \cat tail~t \filter \{1\upto 3\}", "s = <a, b> ^ tail t filter {1..3}")
         init(r"r \limg \{a\} \rimg = \mu x : A | p", "r(| {a} |) = mu x : A | p")
+        init(r"x \inrel{near} y \land 1 \inrel{f'} 2", "x inrel near y and 1 inrel f' 2")
         init(r"c = \lblot x == 1, y == 2 \rblot", "c = (| x == 1, y == 2 |)")
         init(r"x\_y = readings_{i}", "x_y = readings_i", ("readings_{i}", r"readings\_i"))
         init(r"a \leq b \\ \t1 \land c \\ d > 1.50", "a <= b and c\n d > 1.5")
         init(r"A \ooalign{$\lhd$\cr$-$} f = g", "A </| f = g", (r"\ooalign", r"\ndres"))
+
+    def test_a_projection_is_no_visibility_list(self):
+        (found,) = parse(Source("x.tex", r"\begin{zed} S \sdef T \project U \end{zed}")).declarations
+        assert print_paragraph(found) == "S == T filter U"
 
     def test_arrows_of_plain_latex(self):
         same(

@@ -169,6 +169,8 @@ EXPRESSIONS = {
     "id = a": chain(ref("id"), "equal", a),
     "id a": op("id", a),
     "disjoint <a, b>": op("disjoint", make(z.Display, kind="sequence", items=(a, b))),
+    "a inrel f b": chain(a, "inrel f", b),
+    "a < b inrel f' <c> = b": chain(a, "less", b, "inrel f'", make(z.Display, kind="sequence", items=(c,)), "equal", b),
     "f^+": op("closure", f),
     "f(+){a |-> b}": op("override", f, make(z.Display, kind="set", items=(op("maplet", a, b),))),
     "a \\ b": op("diff", a, b),
@@ -197,6 +199,21 @@ class TestLines:
 
     def test_brackets_go_over_lines(self):
         assert len(predicates("(a\n  and b\n)\nf(a,\n b) = c")) == 2
+
+    def test_a_relation_that_is_a_name_ends_no_line(self):
+        assert predicates("a inrel f\n  b\nc") == (chain(a, "inrel f", b), c)
+
+    def test_a_binder_in_the_declaration_of_another(self):
+        text = "mu a : lambda b : c @ 0;\n  b : false"
+        assert [d.names[0].name for d in expression(text).declarations] == ["a", "b"]
+
+    def test_an_inclusion_may_begin_a_line_in_brackets(self):
+        apart, together = (
+            expression("[x : T;\n  Delta S\n  y : T | x = y]"),
+            expression("[x : T; Delta S; y : T | x = y]"),
+        )
+        assert apart == together
+        assert mistakes("class C\n  op m = [x : T | (x\n  state\n    n : nat\n  Delta\n    k : nat\nend") == ["CSP603"]
 
     def test_lines_between_then_and_else_are_conjuncts(self):
         (found,) = predicates("if a then\n  b = 1\n  c = 2\nelse b = 2")

@@ -116,7 +116,9 @@ def expressions(draw: st.DrawFn, depth: int = 2) -> tuple[str, Bindings]:
         name = draw(st.sampled_from(sorted(BASES)))
         return name, BASES[name]
     text, one = draw(expressions(depth - 1))
-    kind = draw(st.integers(0, 9))
+    if not one.names:
+        return text, one
+    kind = draw(st.integers(0, 10))
     if kind == 0:
         gone = draw(st.sampled_from(sorted(one.names)))
         return f"({text}) \\ ({gone})", without(one, frozenset([gone]))
@@ -138,6 +140,9 @@ def expressions(draw: st.DrawFn, depth: int = 2) -> tuple[str, Bindings]:
     other, second = draw(expressions(depth - 1))
     if kind == 5:
         return f"(({text}) comp ({other}))", through(one, second, ("'", ""))
+    if kind == 6:
+        joined = Bindings(one.names | second.names, lambda b: one.holds(b) and second.holds(b))
+        return f"(({text}) filter ({other}))", without(joined, joined.names - second.names)
     sign = draw(st.sampled_from(sorted(LOGIC)))
     made = Bindings(one.names | second.names, lambda b: LOGIC[sign](one.holds(b), second.holds(b)))
     return f"(({text}) {sign} ({other}))", made
