@@ -166,14 +166,14 @@ def _refuted(run: Run, runs: Runs, observer: Component | None) -> Outcome:
         for number, component in enumerate(implementation)
     ]
     visible = [event for event, cause in zip(trace, causes, strict=True) if cause is None]
-    event = None if run.claim.label is None else ".".join([run.claim.label, *run.values])
+    end = None if run.claim.label is None else ".".join([run.claim.label, *run.values])
     kind = run.claim.kind
     found = Counterexample(
         kind="deadlock" if kind == "deadlock" else "trace" if kind == "trace" else "refusal",
         trace=tuple(trace),
         causes=tuple(causes),
-        event=event if kind == "trace" else None,
-        refusal=(event,) if kind == "refusal" and event is not None else None,
+        event=end if kind == "trace" else None,
+        refusal=(end,) if kind == "refusal" and end is not None else None,
         components=tuple(components),
         specification_trace=None if observer is None else tuple(visible),
     )

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from cspcheck.checker.semantics.growth import LimitReached
+from cspcheck.checker.budget import LimitReached
 from cspcheck.checker.semantics.transitions import explore
 from cspcheck.checker.verdict import Limits
 from cspcheck.cspm.diagnostics import ScriptError

@@ -163,7 +163,7 @@ class Runs:
         ]
         constants = {v.name: text(value) for v, value in found.values.items() if v.role == "constant"}
         taken = tuple((step, told(step.values, number)) for number, step in enumerate(steps))
-        last = {(v.name, v.role): value for v, value in found.values.items() if v.role == "constant"}
+        last: dict[Key, Term] = {(v.name, v.role): x for v, x in found.values.items() if v.role == "constant"}
         last |= {(v.name, v.role): values[_timed(v, length).name, "before"] for v in self.problem.variables()}
         return Run(tuple(states), taken, claim, told(claim.values, length), constants, bool(found.vouched), last, place)
 
