@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -89,18 +90,19 @@ def scripts_below(folder: str) -> list[str]:
     An included file is checked as a part of the script that includes it; on its own it need not make sense.
     """
     found = all_below(folder)
-    included = {path for script in found for path in _includes(script)}
-    return [script for script in found if os.path.realpath(script) not in included]
-
-
-def _includes(script: str) -> Iterator[str]:
-    """The files that a script includes, as real paths. Read without parsing: it need not be a good script."""
-    try:
-        content = Path(script).read_bytes()
-    except OSError:
-        return
-    for match in _INCLUDE.finditer(content):
-        yield os.path.realpath(os.path.join(os.path.dirname(script), os.fsdecode(match[1])))
+    waiting = {script: {os.path.realpath(path) for path in included_files(script)} for script in found}
+    real = {script: os.path.realpath(script) for script in waiting}
+    chosen: set[str] = set()
+    while waiting:
+        # What nobody includes stands for itself and brings what it includes. Only then it is known what the rest
+        # includes: paths count from the folder of the script that all begins with.
+        times = Counter(path for paths in waiting.values() for path in paths)
+        firsts = {script for script, paths in waiting.items() if times[real[script]] == (real[script] in paths)}
+        firsts = firsts or set(waiting)  # they include each other
+        chosen |= firsts
+        brought = {path for script in firsts for path in waiting[script]}
+        waiting = {s: paths for s, paths in waiting.items() if s not in firsts and real[s] not in brought}
+    return [script for script in found if script in chosen]
 
 
 def included_files(script: str) -> list[str]:

@@ -9,7 +9,8 @@ from __future__ import annotations
 import inspect
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from threading import Lock
 from types import FunctionType, ModuleType
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -18,13 +19,16 @@ import numpy as np
 
 from cspcheck.checker.kernels import (
     arrays as kernels_arrays,
+    diamonds as kernels_diamonds,
     expand as kernels_expand,
     levels as kernels_levels,
     machine_code,
     pairs as kernels_pairs,
     partition as kernels_partition,
     runs as kernels_runs,
+    subsets as kernels_subsets,
     table as table_kernels,
+    taus as kernels_taus,
 )
 
 T = TypeVar("T")
@@ -38,6 +42,15 @@ MODULES: tuple[ModuleType, ...] = (
     kernels_runs,
 )
 """Where the kernels are, callees before callers."""
+
+TAU_MODULES: tuple[ModuleType, ...] = (
+    table_kernels,
+    kernels_partition,
+    kernels_subsets,
+    kernels_taus,
+    kernels_diamonds,
+)
+"""Where those are that follow taus, and what they call. Most checks do without them, and without making them."""
 
 ONE_WORD = ({"stride": 1},)
 ONE_WORD_STATES = ({"words": 1, "stride": 1},)
@@ -64,6 +77,17 @@ ENTRIES: machine_code.Entries = {
     "sift": (),
 }
 """The kernels that are called from outside, each with the arguments for which a copy of its own pays."""
+
+TAU_ENTRIES: machine_code.Entries = {
+    "enter_slots": (),
+    "extend_nodes": (),
+    "node_of_states": (),
+    "reach": (),
+    "saturate": (),
+    "diamonds": (),
+    "refine_by_signatures": (),
+}
+"""Those of them that are called from outside."""
 
 Kernel = Callable[..., Any]
 
@@ -99,6 +123,13 @@ class Kernels:
         rows_before = staticmethod(kernels_runs.rows_before)
         unite = staticmethod(kernels_runs.unite)
         sift = staticmethod(kernels_runs.sift)
+        enter_slots = staticmethod(kernels_subsets.enter_slots)
+        extend_nodes = staticmethod(kernels_subsets.extend_nodes)
+        node_of_states = staticmethod(kernels_subsets.node_of_states)
+        reach = staticmethod(kernels_taus.reach)
+        saturate = staticmethod(kernels_taus.saturate)
+        diamonds = staticmethod(kernels_diamonds.diamonds)
+        refine_by_signatures = staticmethod(kernels_taus.refine_by_signatures)
 
     def __getattr__(self, name: str) -> Kernel:
         if name not in self._functions:
@@ -123,7 +154,22 @@ def is_loaded() -> bool:
     return True in _forms
 
 
+def tau_kernels(compiled: bool) -> Kernels:
+    """The kernels that follow taus, in either form."""
+    found = _tau_forms.get(compiled)
+    if found is None:
+        made = _made_apart("tau kernels", _compiled_tau_kernels) if compiled else _interpreted(TAU_MODULES)
+        found = _tau_forms.setdefault(compiled, made)
+    return found
+
+
+def tau_kernels_are_loaded() -> bool:
+    """Whether this process has the compiled ones already."""
+    return True in _tau_forms
+
+
 _forms: dict[bool, Kernels] = {}
+_tau_forms: dict[bool, Kernels] = {}
 _making = Lock()
 _at_work: dict[str, machine_code.Apart[Any]] = {}
 
@@ -131,7 +177,7 @@ _at_work: dict[str, machine_code.Apart[Any]] = {}
 def _loaded(compiled: bool, notify: Callable[[str], None] = lambda line: None) -> Kernels:
     found = _forms.get(compiled)
     if found is None:
-        made = _made_apart("kernels", lambda: _compiled(notify)) if compiled else _interpreted()
+        made = _made_apart("kernels", lambda: _compiled(notify)) if compiled else _interpreted(MODULES)
         found = _forms.setdefault(compiled, made)
     return found
 
@@ -150,13 +196,13 @@ def _made_apart(name: str, make: Callable[[], T]) -> T:
             _at_work.pop(name, None)
 
 
-def _interpreted() -> Kernels:
-    functions = {function.__name__: _on_views(function) for function in _source_functions()}
+def _interpreted(modules: Sequence[ModuleType]) -> Kernels:
+    functions = {function.__name__: _on_views(function) for function in _source_functions(modules)}
     return Kernels(functions, compiled=False)
 
 
-def _source_functions() -> Iterator[FunctionType]:
-    for module in MODULES:
+def _source_functions(modules: Sequence[ModuleType]) -> Iterator[FunctionType]:
+    for module in modules:
         yield from module.KERNELS
 
 
@@ -170,39 +216,67 @@ def _on_views(function: FunctionType) -> Kernel:
 
 
 def _view(argument: Any) -> Any:
-    if isinstance(argument, np.ndarray):
+    if type(argument) is np.ndarray:
         return argument.data
-    if isinstance(argument, tuple):
-        return type(argument)(*map(_view, argument))
-    return argument
+    if not isinstance(argument, tuple):
+        return argument
+    # The tables of a machine are handed over at every call, and there are many calls with a few rows each.
+    known = _views.get(id(argument))
+    if known is not None and known[0] is argument:
+        return known[1]
+    if len(_views) >= VIEWS:
+        _views.clear()
+    view = type(argument)(*map(_view, argument))
+    _views[id(argument)] = argument, view
+    return view
+
+
+VIEWS = 64
+"""So many tuples of arrays are kept with the views of them."""
+
+_views: dict[int, tuple[Any, Any]] = {}
+"""By the identity of the tuple, which is kept, so that no other can have it."""
 
 
 def _compiled(notify: Callable[[str], None]) -> Kernels:
-    made = _linked(notify, wide=False)
+    made = _linked(MODULES, ENTRIES, notify, wide=False)
     wide: list[machine_code.Linked] = []
 
     def widely() -> machine_code.Linked:
         """The kernels for tables of 64-bit entries, which hardly any machine has the memory for."""
         if not wide:
-            wide.append(_made_apart("wide kernels", lambda: _linked(lambda line: None, wide=True)))
+            work = partial(_linked, MODULES, ENTRIES, lambda line: None, wide=True)
+            wide.append(_made_apart("wide kernels", work))
         return wide[0]
 
     functions = {
         function.__name__: machine_code.Caller(function, made, widely)
-        for function in _source_functions()
+        for function in _source_functions(MODULES)
         if function.__name__ in ENTRIES
     }
     return Kernels(functions, compiled=True)
 
 
-def _linked(notify: Callable[[str], None], *, wide: bool) -> machine_code.Linked:
+def _compiled_tau_kernels() -> Kernels:
+    made = _linked(TAU_MODULES, TAU_ENTRIES, lambda line: None, wide=False)
+    functions = {
+        function.__name__: machine_code.Caller(function, made)
+        for function in _source_functions(TAU_MODULES)
+        if function.__name__ in TAU_ENTRIES
+    }
+    return Kernels(functions, compiled=True)
+
+
+def _linked(
+    modules: Sequence[ModuleType], entries: machine_code.Entries, notify: Callable[[str], None], *, wide: bool
+) -> machine_code.Linked:
     from cspcheck.checker.kernels import translated_types, translation
 
-    modules = (*MODULES, kernels_arrays, translated_types, translation, machine_code, sys.modules[__name__])
-    place = machine_code.place_for([*map(inspect.getsource, modules), f"wide: {wide}"])
+    sources = (*modules, kernels_arrays, translated_types, translation, machine_code, sys.modules[__name__])
+    place = machine_code.place_for([*map(inspect.getsource, sources), f"wide: {wide}"])
     kept = "once" if place is not None else "there is no folder to keep them in"
     return machine_code.linked(
-        place, MODULES, ENTRIES, lambda: notify(f"compiling the search kernels for this machine; {kept}"), wide
+        place, modules, entries, lambda: notify(f"compiling the search kernels for this machine; {kept}"), wide
     )
 
 
@@ -213,3 +287,12 @@ COMPILED_ROWS = 2_000
 def kernels_for(rows: int) -> Kernels:
     """The kernels in the form that suits the number of rows that they are to expand."""
     return kernels(is_loaded() or rows > COMPILED_ROWS)
+
+
+COMPILED_TAU_ROWS = 200
+"""And for more than this those that follow taus: what they do with a row may be much."""
+
+
+def tau_kernels_for(rows: int) -> Kernels:
+    """The kernels that follow taus, in the form that suits the number of states that they are to look at."""
+    return tau_kernels(tau_kernels_are_loaded() or rows > COMPILED_TAU_ROWS)

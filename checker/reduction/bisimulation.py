@@ -9,17 +9,34 @@ together with a deadlock.
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import numpy as np
 
-from cspcheck.checker.arrays import BoolArray, Int64Array
-from cspcheck.checker.kernels.jit import kernels_for
+from cspcheck.checker.arrays import BoolArray, Int32Array, Int64Array
+from cspcheck.checker.kernels import taus
+from cspcheck.checker.kernels.jit import kernels_for, tau_kernels_for
+from cspcheck.checker.kernels.taus import Classes, Signatures
 from cspcheck.checker.lts import Lts, machine, sources
 from cspcheck.checker.reduction.partition import coarsest_partition, numbered, quotient
 from cspcheck.checker.specification.acceptances import divergent_states
 from cspcheck.cspm.process.events import TAU, TICK
 
+Numbers = TypeVar("Numbers", Int32Array, Int64Array)
+
 SATURATED = 2_000_000
 """So many tau* a (tau*) moves are written down; where there are more, classes of targets are looked at instead."""
+
+SLICE = 20_000_000
+"""So much is looked at before machine code comes back: some tenths of a second."""
+
+SLICES = 50
+"""As often it may come back before what can be done without is given up."""
+
+FEW = 300
+"""Machines of no more states are small enough for delay and weak bisimulation as they are."""
+
+_NOTHING = Signatures(np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.int64))
 
 
 def strong_bisimulation(lts: Lts) -> Lts:
@@ -65,16 +82,34 @@ def tau_components(lts: Lts) -> tuple[Int64Array, BoolArray]:
     return component, divergent_states(lts)
 
 
-def _tau_abstracting_quotient(lts: Lts, *, taus_after: bool) -> Lts:
-    # Strongly bisimilar states and those of a cycle of taus are equivalent in any case, and taking them together
-    # first costs next to nothing.
-    lts = strong_bisimulation(lts)
+def branching_bisimulation(lts: Lts) -> Lts:
+    """The quotient by divergence-respecting branching bisimulation; the machine itself if that takes too long.
+
+    It is finer than delay bisimulation and needs to look at taus within classes only (van Glabbeek and Weijland, 1996).
+    """
+    acyclic, diverging = _without_tau_loops(lts)
+    partition = _by_signatures(acyclic, diverging, taus.BRANCHING, SLICES)
+    return lts if partition is None else quotient(acyclic, partition, keep_inner_taus=False, diverging=diverging)
+
+
+def _without_tau_loops(lts: Lts) -> tuple[Lts, BoolArray]:
+    """The machine with each cycle of taus as one state, taus leading to smaller numbers; and which states diverged."""
     components, diverging_states = tau_components(lts)
     diverging = np.zeros(int(components.max()) + 1, dtype=np.bool_)
     diverging[components[diverging_states]] = True
     starts, targets = components[sources(lts)], components[lts.targets]
     kept = (lts.labels != TAU) | (starts != targets)
-    acyclic = machine(len(diverging), starts[kept], lts.labels[kept], targets[kept], int(components[lts.root]))
+    root = int(components[lts.root])
+    return machine(len(diverging), starts[kept], lts.labels[kept], targets[kept], root), diverging
+
+
+def _tau_abstracting_quotient(lts: Lts, *, taus_after: bool) -> Lts:
+    # Strongly bisimilar states and those of a cycle of taus are equivalent in any case, and taking them together
+    # first costs next to nothing; those that are branching bisimilar cost little.
+    lts = strong_bisimulation(lts)
+    if lts.states > FEW:
+        lts = branching_bisimulation(lts)
+    acyclic, diverging = _without_tau_loops(lts)
     partition = tau_abstracting_partition(acyclic, diverging, taus_after=taus_after)
     return quotient(acyclic, partition, keep_inner_taus=False, diverging=diverging)
 
@@ -91,7 +126,9 @@ def tau_abstracting_partition(lts: Lts, diverging: BoolArray, *, taus_after: boo
     saturated = _saturated(lts, taus_after=taus_after, most=most)
     if saturated is not None:
         return coarsest_partition(saturated, _apart(lts, diverging))
-    return _by_rounds(lts, diverging, taus_after=taus_after)
+    partition = _by_signatures(lts, diverging, taus.WEAK if taus_after else taus.DELAY)
+    assert partition is not None
+    return partition
 
 
 def _apart(lts: Lts, diverging: BoolArray) -> Int64Array:
@@ -100,61 +137,172 @@ def _apart(lts: Lts, diverging: BoolArray) -> Int64Array:
 
 
 def _saturated(lts: Lts, *, taus_after: bool, most: int) -> Lts | None:
-    """The machine of the moves tau* and tau* a (tau*); None if there are more than *most*."""
-    reach: list[list[int]] = []
-    visible: list[set[tuple[int, int]]] = []
-    moves = 0
-    for state in range(lts.states):
-        reached = {state}
-        moved: set[tuple[int, int]] = set()
-        for label, target in lts.successors(state):
-            if label == TAU:
-                reached.update(reach[target])
-                moved |= visible[target]
-            else:
-                moved.add((label, target))
-        reach.append(list(reached))
-        visible.append(moved)
-        moves += len(reached) + len(moved)
-        if moves > most:
+    """The machine of the moves tau* and tau* a (tau*), numbered anew and in any order.
+
+    None for more than *most*, or if it takes long to find them, most of them again and again.
+    """
+    size = lts.states
+    kernels = tau_kernels_for(size)
+    starts, middles, ends, small_labels = _spans(lts)
+    reach_offsets, offsets = np.zeros(size + 1, dtype=np.int64), np.zeros(size + 1, dtype=np.int64)
+    reached = np.zeros(min(most, 2 * (size + lts.transitions)), dtype=np.int32)
+    stamps = np.zeros(size, dtype=np.int64)
+    done = slices = 0
+    while done < size:
+        found = kernels.reach(
+            size, done, starts, middles, lts.targets, stamps, slices * size, reach_offsets, reached, SLICE
+        )
+        slices += 1
+        if found < 0:
+            if len(reached) == most:
+                return None
+            reached = _longer(reached, most)
+        if slices > SLICES or found == done:
             return None
-    if taus_after:
-        moves = sum(map(len, reach)) + sum(len(reach[target]) for moved in visible for _, target in moved)
-        if moves > most:
+        done = _done(found)
+    room = min(most, int(reach_offsets[-1]) + 2 * lts.transitions)
+    labels, targets = np.zeros(room, dtype=np.int64), np.zeros(room, dtype=np.int64)
+    keys, key_stamps = _table(room), _table(room)
+    done = slices = 0
+    while done < size:
+        found = kernels.saturate(
+            size,
+            done,
+            middles,
+            ends,
+            small_labels,
+            lts.targets,
+            reach_offsets,
+            reached,
+            int(taus_after),
+            keys,
+            key_stamps,
+            slices * size,
+            offsets,
+            labels,
+            targets,
+            SLICE,
+        )
+        slices += 1
+        if found < 0:
+            if len(labels) == most:
+                return None
+            labels, targets = _longer(labels, most), _longer(targets, most)
+            keys, key_stamps = _table(len(labels)), _table(len(labels))
+        if slices > SLICES or found == done:
             return None
-        visible = [{(label, after) for label, target in moved for after in reach[target]} for moved in visible]
-    return Lts.from_successors(
-        [[*((TAU, target) for target in reached), *moved] for reached, moved in zip(reach, visible, strict=True)]
-    )
+        done = _done(found)
+    return Lts(offsets, labels[: offsets[-1]], targets[: offsets[-1]], lts.root)
 
 
-def _by_rounds(lts: Lts, diverging: BoolArray, *, taus_after: bool) -> Int64Array:
-    """The classes, all signatures being computed anew in each round, from those that taus lead to.
+def _done(found: int) -> int:
+    """How many states are done: kernels tell -1 minus that where there is no room for the next."""
+    return found if found >= 0 else -1 - found
+
+
+def _longer(numbers: Numbers, most: int) -> Numbers:
+    """The array with four times the room, but room for no more than *most*."""
+    longer = np.zeros(min(most, 4 * len(numbers) + 64), dtype=numbers.dtype)
+    longer[: len(numbers)] = numbers
+    return longer
+
+
+def _table(entries: int) -> Int64Array:
+    """A hash table for more than so many entries, a power of two, all 0."""
+    return np.zeros(2 << (entries + 1).bit_length(), dtype=np.int64)
+
+
+def _spans(lts: Lts) -> tuple[Int64Array, Int64Array, Int64Array, Int64Array]:
+    """Where the taus of each state begin, where they end and the rest begins and ends; and labels as small numbers."""
+    starts, ends = np.ascontiguousarray(lts.offsets[:-1]), np.ascontiguousarray(lts.offsets[1:])
+    before = np.concatenate([[0], np.cumsum(lts.labels == TAU)])
+    _, labels = np.unique(np.append(TAU, lts.labels), return_inverse=True)
+    return starts, starts + before[ends] - before[starts], ends, labels[1:].astype(np.int64)
+
+
+class _Rounds:
+    """Refinement by signatures, which are all computed anew in each round.
 
     A signature has classes where a saturated machine has states; long sequences of taus through few classes, which
     make that one large, are no trouble here.
+
+    Attributes:
+        slices: how often machine code has come back.
     """
-    rows = [tuple(lts.successors(state)) for state in range(lts.states)]
-    taus = [[target for label, target in row if label == TAU] for row in rows]
-    moves = [[move for move in row if move[0] != TAU] for row in rows]
-    block: list[int] = numbered(_apart(lts, diverging)).tolist()
-    classes = max(block) + 1
-    while True:
-        reach: list[frozenset[int]] = []
-        for number, targets in zip(block, taus, strict=True):
-            reach.append(frozenset({number}).union(*(reach[target] for target in targets)))
-        visible: list[frozenset[tuple[int, int]]] = []
-        for own, targets in zip(moves, taus, strict=True):
-            after = {
-                (label, number)
-                for label, target in own
-                for number in (reach[target] if taus_after else (block[target],))
-            }
-            visible.append(frozenset(after).union(*(visible[target] for target in targets)))
-        signatures: dict[tuple[int, frozenset[int], frozenset[tuple[int, int]]], int] = {}
-        block = [
-            signatures.setdefault(signature, len(signatures)) for signature in zip(block, reach, visible, strict=True)
-        ]
-        if len(signatures) == classes:
-            return numbered(np.array(block, dtype=np.int64))
-        classes = len(signatures)
+
+    def __init__(self, lts: Lts) -> None:
+        self.slices = 0
+        self._size = lts.states
+        self._kernels = tau_kernels_for(lts.states)
+        self._starts, self._middles, self._ends, self._labels = _spans(lts)
+        self._targets = lts.targets
+        self._table, self._table_stamps = _table(0), _table(0)
+
+    def reached(self, block: Int64Array) -> Signatures:
+        """The classes that taus lead to from each state."""
+        return self._round(taus.DELAY, block, _NOTHING, self._middles)[2]
+
+    def refined(self, kind: int, block: Int64Array, behind: Signatures = _NOTHING) -> tuple[Int64Array, int]:
+        """What a partition falls into, numbered in the order of first occurrence, and how many classes that are.
+
+        Args:
+            kind: see :mod:`cspcheck.checker.kernels.taus`.
+            block: the partition.
+            behind: for weak bisimulation what :meth:`reached` gives.
+        """
+        return self._round(kind, block, behind, self._ends)[:2]
+
+    def _round(
+        self, kind: int, block: Int64Array, behind: Signatures, ends: Int64Array
+    ) -> tuple[Int64Array, int, Signatures]:
+        size = self._size
+        group, representatives, hashes = (np.zeros(size, dtype=np.int64) for _ in range(3))
+        slots = np.full(2 << (size + 1).bit_length(), -1, dtype=np.int64)
+        offsets = np.zeros(size + 1, dtype=np.int64)
+        signatures = Signatures(offsets, np.zeros(2 * (size + len(self._targets)), dtype=np.int64))
+        done = groups = 0
+        while done < size:
+            if len(self._table) <= len(signatures.keys):
+                self._table, self._table_stamps = _table(len(signatures.keys)), _table(len(signatures.keys))
+            classes = Classes(block, group, representatives, hashes, slots, self._table, self._table_stamps)
+            found, groups = self._kernels.refine_by_signatures(
+                done,
+                self._starts,
+                self._middles,
+                ends,
+                self._labels,
+                self._targets,
+                kind,
+                classes,
+                self.slices * size,
+                signatures,
+                behind,
+                groups,
+                SLICE,
+            )
+            self.slices += 1
+            done = _done(found)
+            if found < 0:
+                signatures = Signatures(offsets, _longer(signatures.keys, 4 * len(signatures.keys)))
+        return group, groups, signatures
+
+
+def _by_signatures(lts: Lts, diverging: BoolArray, kind: int, slices: int | None = None) -> Int64Array | None:
+    """The classes of branching, delay or weak bisimulation; None if machine code comes back more than *slices* times.
+
+    Args:
+        lts: a machine whose taus lead to states of smaller numbers only.
+        diverging: shape (states,): the states that an infinite path of taus started from before cycles were removed.
+        kind: see :mod:`cspcheck.checker.kernels.taus`.
+        slices: as often machine code may come back.
+    """
+    rounds = _Rounds(lts)
+    block = numbered(_apart(lts, diverging))
+    classes = int(block.max()) + 1
+    while slices is None or rounds.slices <= slices:
+        behind = rounds.reached(block) if kind == taus.WEAK else _NOTHING
+        block, found = rounds.refined(kind, block, behind)
+        if found == classes:
+            return block
+        classes = found
+    return None

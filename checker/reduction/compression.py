@@ -6,51 +6,28 @@ here are those that work on taus and acceptances (Roscoe, Understanding Concurre
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
+from itertools import pairwise
 from types import MappingProxyType
 
-from cspcheck.checker.lts import Lts, reachable
+import numpy as np
+
+from cspcheck.checker.arrays import Int64Array
+from cspcheck.checker.kernels.diamonds import DONE, FULL, Detour, Shortcuts
+from cspcheck.checker.kernels.jit import tau_kernels_for
+from cspcheck.checker.lts import Lts, machine, reachable
 from cspcheck.checker.reduction.bisimulation import (
     delay_bisimulation,
     factor_tau_loops,
     strong_bisimulation,
     weak_bisimulation,
 )
-from cspcheck.checker.specification.acceptances import divergent_states
-from cspcheck.cspm.process.events import TAU, TICK
+from cspcheck.checker.specification.acceptances import StateAcceptances, divergent_states
+from cspcheck.checker.specification.normaliser import Normaliser
+from cspcheck.cspm.process.events import TAU
 
-Moves = list[tuple[tuple[int, int], ...]]
-"""The (label, target) pairs of each state."""
-
-
-def _moves(lts: Lts) -> Moves:
-    return [tuple(lts.successors(state)) for state in range(lts.states)]
-
-
-class _Taus:
-    """What taus lead to, looked up when it is asked for: many states never are."""
-
-    def __init__(self, rows: Moves) -> None:
-        self._taus = [[target for label, target in row if label == TAU] for row in rows]
-        self._known: dict[int, frozenset[int]] = {}
-
-    def from_state(self, state: int) -> frozenset[int]:
-        """The states that taus lead to from a state, itself included."""
-        found = self._known.get(state)
-        if found is None:
-            found = self._known[state] = self.from_states((state,))
-        return found
-
-    def from_states(self, states: Iterable[int]) -> frozenset[int]:
-        """The states that taus lead to from some states, these included."""
-        seen = set(states)
-        pending = list(seen)
-        while pending:
-            for target in self._taus[pending.pop()]:
-                if target not in seen:
-                    seen.add(target)
-                    pending.append(target)
-        return frozenset(seen)
+MOST = 1 << 20
+"""So many states are looked at before machine code comes back."""
 
 
 def eliminate_diamonds(lts: Lts) -> Lts:
@@ -62,66 +39,66 @@ def eliminate_diamonds(lts: Lts) -> Lts:
     leads to by taus is left out.
     """
     factored = factor_tau_loops(strong_bisimulation(lts))
-    diverging = divergent_states(factored)
-    successors = _moves(factored)
-    taus = _Taus(successors)
-    unstable = [any(label == TAU for label, _ in row) for row in successors]
-    rows: list[set[tuple[int, int]]] = [set() for _ in successors]
-    pending, seen = [factored.root], {factored.root}
-    while pending:
-        state = pending.pop()
-        if unstable[state]:
-            reached = taus.from_states((state,))
-            visible = {(label, t) for u in reached for label, t in successors[u] if label != TAU}
-            rows[state] = _without_subsumed(visible, taus)
-            acceptances = _minimal_acceptances(reached, successors, unstable)
-            if diverging[state] or list(acceptances) != [frozenset(label for label, _ in visible)]:
-                # An unstable state that can tick is its own witness of the acceptance {tick}.
-                rows[state] |= {(TAU, u) for u in acceptances.values() if u != state}
-            if diverging[state]:
-                rows[state].add((TAU, state))
-        else:
-            rows[state] = _without_subsumed(set(successors[state]), taus)
-        for _, target in rows[state]:
-            if target not in seen:
-                seen.add(target)
-                pending.append(target)
-    return reachable(Lts.from_successors(rows, factored.root))
+    machine_of_taus, events = _shortcuts(factored)
+    space = _detour(factored, len(events), len(machine_of_taus.accepted_offsets) - 1)
+    space.seen[factored.root], space.pending[0] = 1, factored.root
+    progress = np.array([0, 1, 0, 0], dtype=np.int64)
+    room = 2 * factored.transitions + factored.states
+    starts, labels, targets = (np.zeros(room, dtype=np.int64) for _ in range(3))
+    kernels = tau_kernels_for(factored.states)
+    while (found := kernels.diamonds(machine_of_taus, space, starts, labels, targets, progress, MOST)) != DONE:
+        if found == FULL:
+            rows = (np.append(numbers, np.zeros_like(numbers)) for numbers in (starts, labels, targets))
+            starts, labels, targets = rows
+    starts, labels, targets = (numbers[: progress[2]] for numbers in (starts, labels, targets))
+    return reachable(machine(factored.states, starts, np.append(TAU, events)[labels], targets, factored.root))
 
 
-def _without_subsumed(moves: set[tuple[int, int]], taus: _Taus) -> set[tuple[int, int]]:
-    """Leave out a move to a state that taus reach from the target of another move on the same label."""
-    by_label: dict[int, list[int]] = {}
-    for label, target in moves:
-        by_label.setdefault(label, []).append(target)
-    kept: set[tuple[int, int]] = set()
-    for label, targets in by_label.items():
-        if len(targets) > 1:
-            wanted = set(targets)
-            subsumed = {other for target in targets for other in taus.from_state(target) & wanted if other != target}
-            targets = [target for target in targets if target not in subsumed]
-        kept.update((label, target) for target in targets)
-    return kept
+def _shortcuts(lts: Lts) -> tuple[Shortcuts, Int64Array]:
+    """The machine as the kernel has it, and the events that its labels stand for."""
+    events: Int64Array = np.unique(lts.labels[lts.labels != TAU])
+    columns = np.searchsorted(events, lts.labels).astype(np.int64)
+    before = np.concatenate([[0], np.cumsum(lts.labels == TAU)])
+    starts, ends = np.ascontiguousarray(lts.offsets[:-1]), np.ascontiguousarray(lts.offsets[1:])
+    accepting = StateAcceptances(lts, columns)
+    by_size = sorted(range(len(accepting.acceptances)), key=lambda number: len(accepting.acceptances[number]))
+    acceptances = [accepting.acceptances[number] for number in by_size]
+    rank = np.zeros(len(by_size) + 1, dtype=np.int64)
+    rank[by_size], rank[-1] = np.arange(len(by_size)), -1
+    found = Shortcuts(
+        starts,
+        starts + before[ends] - before[starts],
+        ends,
+        columns,
+        lts.targets,
+        divergent_states(lts).astype(np.uint8),
+        rank[accepting.number],
+        np.concatenate([[0], np.cumsum([len(acceptance) for acceptance in acceptances])]).astype(np.int64),
+        np.array([column for acceptance in acceptances for column in acceptance], dtype=np.int64),
+    )
+    return found, events
 
 
-def _minimal_acceptances(states: frozenset[int], successors: Moves, unstable: list[bool]) -> dict[frozenset[int], int]:
-    """The minimal acceptances of *states*, each with a state that has it.
+def _detour(lts: Lts, events: int, acceptances: int) -> Detour:
+    def entries(number: int) -> Int64Array:
+        return np.zeros(number, dtype=np.int64)
 
-    Stable states accept what they offer; a state that can tick, stable or not, accepts tick alone.
-    """
-    acceptances: dict[frozenset[int], int] = {}
-    for state in sorted(states):
-        offered = frozenset(label for label, _ in successors[state] if label != TAU)
-        if TICK in offered:
-            offered = frozenset({TICK})
-        elif unstable[state]:
-            continue
-        acceptances.setdefault(offered, state)
-    return {
-        offered: state
-        for offered, state in acceptances.items()
-        if not any(smaller < offered for smaller in acceptances)
-    }
+    states, slots = lts.states, 2 << (lts.transitions + 1).bit_length()
+    return Detour(
+        stamps=entries(states),
+        queue=entries(states),
+        seen=np.zeros(states, dtype=np.uint8),
+        pending=entries(states),
+        witness=np.full(acceptances, -1, dtype=np.int64),
+        found=entries(acceptances),
+        marks=entries(events),
+        counts=entries(events),
+        used=entries(events),
+        places=entries(events),
+        moved=entries(lts.transitions),
+        keys=entries(slots),
+        key_stamps=entries(slots),
+    )
 
 
 class TooManyNodes(Exception):
@@ -138,45 +115,32 @@ def normalise(lts: Lts, most: int | None = None) -> Lts:
     Raises:
         TooManyNodes: there are more than *most*.
     """
-    lts = strong_bisimulation(lts)
-    diverging = divergent_states(lts)
-    successors = _moves(lts)
-    taus = _Taus(successors)
-    unstable = [any(label == TAU for label, _ in row) for row in successors]
-    rows: list[set[tuple[int, int]]] = []
-    numbers: dict[tuple[frozenset[int], frozenset[int] | None], int] = {}
-    pending: list[tuple[frozenset[int], frozenset[int] | None]] = []
 
-    def number(states: frozenset[int], offered: frozenset[int] | None) -> int:
-        key = (states, offered)
-        if key not in numbers:
-            if len(rows) == most:
-                raise TooManyNodes
-            numbers[key] = len(rows)
-            rows.append(set())
-            pending.append(key)
-        return numbers[key]
+    def poll(nodes: int) -> None:
+        if most is not None and nodes > most:
+            raise TooManyNodes
 
-    root = number(taus.from_state(lts.root), None)
-    while pending:
-        key = pending.pop()
-        states, offered = key
-        row = rows[numbers[key]]
-        after: dict[int, set[int]] = {}
-        for state in states:
-            for label, target in successors[state]:
-                if label != TAU and (offered is None or label in offered):
-                    after.setdefault(label, set()).add(target)
-        row |= {(label, number(taus.from_states(targets), None)) for label, targets in after.items()}
-        if offered is not None:
-            continue
-        diverges = any(diverging[state] for state in states)
-        if diverges:
-            row.add((TAU, numbers[key]))
-        acceptances = _minimal_acceptances(states, successors, unstable)
-        if diverges or list(acceptances) != [frozenset(after)]:
-            row |= {(TAU, number(states, acceptance)) for acceptance in acceptances}
-    return strong_bisimulation(Lts.from_successors(rows, root))
+    small = strong_bisimulation(lts)
+    normaliser = Normaliser(small, "FD", collapse=False)
+    nodes = normaliser.all_nodes(poll)
+    diverging = normaliser.diverging().tolist()
+    events, columns, targets = nodes.events.tolist(), nodes.columns.tolist(), nodes.targets.tolist()
+    rows: list[list[tuple[int, int]]] = []
+    chosen: list[list[tuple[int, int]]] = []
+    for node, (start, end) in enumerate(pairwise(nodes.offsets.tolist())):
+        row = list(zip(columns[start:end], targets[start:end], strict=True))
+        moves = [(events[column], target) for column, target in row]
+        acceptances = nodes.acceptance_sets[nodes.acceptance_set[node]]
+        if diverging[node]:
+            moves.append((TAU, node))
+        if diverging[node] or acceptances != (tuple(column for column, _ in row),):
+            for acceptance in map(set, acceptances):
+                moves.append((TAU, nodes.nodes + len(chosen)))
+                chosen.append([(events[column], target) for column, target in row if column in acceptance])
+        rows.append(moves)
+    if most is not None and len(rows) + len(chosen) > most:
+        raise TooManyNodes
+    return strong_bisimulation(Lts.from_successors(rows + chosen, nodes.root))
 
 
 def normalise_if_small(lts: Lts) -> Lts:

@@ -1,21 +1,24 @@
-"""The subset construction, one node at a time.
+"""The subset construction, one node at a time or as a whole.
 
 A node is the set of states that a trace can lead to (Roscoe, Understanding Concurrent Systems, section 16.1). Only
 states that matter are kept in it: those with a visible transition, an acceptance or a divergence that the model
-looks at. Small sets are worked on one state at a time, large ones in arrays.
+looks at. The work is done by the kernels of :mod:`cspcheck.checker.kernels.subsets`: interpreted ones as long as
+there is little of it, then compiled ones.
 """
 
 from __future__ import annotations
 
-from array import array
 from collections.abc import Callable
-from itertools import pairwise
+from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
-from cspcheck.checker.arrays import BoolArray, Int64Array
+from cspcheck.checker.arrays import BoolArray, Int32Array, Int64Array
+from cspcheck.checker.kernels import subsets
+from cspcheck.checker.kernels.jit import Kernels, tau_kernels, tau_kernels_are_loaded
+from cspcheck.checker.kernels.subsets import Branching, Following, Sets
 from cspcheck.checker.lts import Lts
-from cspcheck.checker.sparse_rows import gather_spans
 from cspcheck.checker.specification.acceptances import (
     Acceptance,
     AcceptanceSet,
@@ -27,11 +30,76 @@ from cspcheck.checker.specification.acceptances import (
 from cspcheck.checker.specification.normal_form import NormalForm, NormalModel
 from cspcheck.cspm.process.events import TAU
 
-LARGE = 100
-"""Sets of more states are worked on in arrays, where each step costs more and each state next to nothing."""
+INTERPRETED = 10_000
+"""So many states and transitions are looked at before compiled kernels are worth loading."""
 
-Key = bytes | None
-"""The states of a node, ascending, as 32-bit integers; None for the node that allows everything."""
+SLICE = 2_000_000
+"""So many are looked at by machine code before it comes back."""
+
+
+class _Numbering:
+    """Sets that are numbered as they are met, with room that grows.
+
+    Attributes:
+        sets: them, as the kernels have them.
+    """
+
+    def __init__(self) -> None:
+        self.sets = Sets(
+            np.zeros(64, dtype=np.int32),
+            np.zeros(64, dtype=np.int64),
+            np.zeros(64, dtype=np.int64),
+            np.full(128, -1, dtype=np.int32),
+            np.zeros(1, dtype=np.int64),
+        )
+
+    def __len__(self) -> int:
+        return int(self.sets.size[0])
+
+    @property
+    def nbytes(self) -> int:
+        """The memory that they take, in bytes."""
+        return sum(array.nbytes for array in self.sets)
+
+    def members(self, number: int) -> Int32Array:
+        """The elements of a set, in no order."""
+        start, end = self.sets.offsets[number : number + 2].tolist()
+        return self.sets.members[start:end]
+
+    def reserve(self, size: int, apart: int, kernels: Kernels) -> None:
+        """Have room for one more set of at most *size* elements; *apart* is the one set that is not looked up."""
+        sets, count = self.sets, len(self)
+        used = int(sets.offsets[count])
+        members = _at_least(sets.members, used + size)
+        offsets, hashes, slots = _at_least(sets.offsets, count + 2), _at_least(sets.hashes, count + 2), sets.slots
+        if 2 * (count + 1) > len(slots):
+            slots = np.full(4 * len(slots), -1, dtype=np.int32)
+        if members is not sets.members or offsets is not sets.offsets or slots is not sets.slots:
+            grown = Sets(members, offsets, hashes, slots, sets.size)
+            if slots is not sets.slots:
+                kernels.enter_slots(grown, apart)
+            self.sets = grown
+
+
+Numbers = TypeVar("Numbers", Int32Array, Int64Array)
+
+
+def _at_least(numbers: Numbers, length: int) -> Numbers:
+    """The array, with room for *length* numbers; where it has to grow, for twice as many as it had."""
+    if length <= len(numbers):
+        return numbers
+    grown = np.zeros(max(length, 2 * len(numbers)), dtype=numbers.dtype)
+    grown[: len(numbers)] = numbers
+    return grown
+
+
+@dataclass(eq=False, slots=True)
+class _Rows:
+    """Room for the transitions of some nodes."""
+
+    ends: Int64Array
+    columns: Int32Array
+    targets: Int32Array
 
 
 class Normaliser:
@@ -43,40 +111,71 @@ class Normaliser:
     Attributes:
         model: the model.
         events: shape (columns,): the visible labels of the machine, ascending.
+
+    Args:
+        lts: the machine.
+        model: the model.
+        collapse: whether in FD all sets with a divergent state are one node that allows everything. Otherwise they
+            are nodes as others, which keep their divergent states.
     """
 
-    def __init__(self, lts: Lts, model: NormalModel) -> None:
+    def __init__(self, lts: Lts, model: NormalModel, *, collapse: bool = True) -> None:
         self.model = model
         self.events: Int64Array = np.unique(lts.labels[lts.labels != TAU])
-        self._columns = np.searchsorted(self.events, lts.labels)
-        self._taus = _Taus(lts)
-        self._ends = lts.offsets[1:]
-        self._targets = lts.targets
-        self._matters: BoolArray = self._ends > self._taus.ends
+        columns = np.searchsorted(self.events, lts.labels).astype(np.int64)
+        before = np.concatenate([[0], np.cumsum(lts.labels == TAU)])
+        starts, ends = np.ascontiguousarray(lts.offsets[:-1]), np.ascontiguousarray(lts.offsets[1:])
+        middles = starts + before[ends] - before[starts]
+        matters: BoolArray = ends > middles
         self._sets = AcceptanceSets()
-        self._set_of: dict[bytes, int] = {}
+        self._set_of: dict[int, int] = {}
         self._acceptances: list[Acceptance] = [()]
-        self._acceptance = np.zeros(lts.states, dtype=np.int64)
+        acceptance = np.zeros(lts.states, dtype=np.int64)
         if model != "T":
-            accepting = StateAcceptances(lts, self._columns)
-            self._acceptances, self._acceptance = accepting.acceptances, accepting.number
-            self._matters |= self._acceptance >= 0
-        self._divergent = divergent_states(lts) if model == "FD" else np.zeros(lts.states, dtype=np.bool_)
-        self._few = (self._taus.ends.data, self._ends.data, self._columns.data, self._targets.data)
-        self._number: dict[Key, int] = {}
-        self._members: list[Key] = []
-        self._node([lts.root])
+            accepting = StateAcceptances(lts, columns)
+            self._acceptances, acceptance = accepting.acceptances, accepting.number
+            matters |= acceptance >= 0
+        flags = matters.astype(np.uint8) * np.uint8(subsets.MATTERS)
+        if model == "FD":
+            self.divergent = divergent_states(lts)
+            flags[self.divergent] |= subsets.COLLAPSES if collapse else subsets.MATTERS
+        targets = np.ascontiguousarray(lts.targets)
+        self._machine = Branching(starts, middles, ends, columns, targets, flags, acceptance)
+        self._space = _space(lts, len(self.events), len(self._acceptances))
+        self._nodes, self._offers = _Numbering(), _Numbering()
+        self._node_offers = np.zeros(64, dtype=np.int64)
+        self._progress = np.array([0, 0, -1, 0, 0], dtype=np.int64)
+        self._looked_at = 0
+        self._row = _Rows(
+            np.zeros(1, dtype=np.int64),
+            np.zeros(len(self.events), dtype=np.int32),
+            np.zeros(len(self.events), dtype=np.int32),
+        )
+        self._space.moved[0] = lts.root
+        while True:
+            self._reserve()
+            found = self._kernels().node_of_states(
+                self._machine,
+                self._nodes.sets,
+                self._offers.sets,
+                self._node_offers,
+                self._space,
+                0,
+                1,
+                self._progress,
+            )
+            if found >= 0:
+                break
 
     @property
     def nodes(self) -> int:
         """Number of nodes met so far."""
-        return len(self._members)
+        return len(self._nodes)
 
     @property
     def nbytes(self) -> int:
         """About how many bytes the machine and the nodes take."""
-        arrays = (self._columns, self._targets, self._ends, self._taus.ends, self._acceptance)
-        return sum(a.nbytes for a in arrays) + sum(len(key) for key in self._members if key is not None)
+        return sum(array.nbytes for array in (*self._machine, *self._space)) + self._nodes.nbytes
 
     @property
     def acceptance_sets(self) -> list[AcceptanceSet]:
@@ -85,26 +184,34 @@ class Normaliser:
 
     def is_divergent(self, node: int) -> bool:
         """Whether the node allows everything (FD only)."""
-        return self._members[node] is None
+        return bool(node == self._progress[subsets.DIVERGENT])
 
     def members(self, node: int) -> Int64Array:
         """The states of the machine that the node stands for and that matter to the model, ascending."""
-        return np.frombuffer(self._members[node] or b"", dtype=np.int32).astype(np.int64)
+        return np.sort(self._nodes.members(node)).astype(np.int64)
+
+    def diverging(self) -> BoolArray:
+        """Which of the nodes met so far keep a divergent state; only in FD, and where they do not collapse."""
+        sets = self._nodes.sets
+        members = sets.members[: sets.offsets[self.nodes]]
+        nodes = np.repeat(np.arange(self.nodes), np.diff(sets.offsets[: self.nodes + 1]))
+        found: BoolArray = np.bincount(nodes[self.divergent[members]], minlength=self.nodes) > 0
+        return found
 
     def acceptance_set(self, node: int) -> int:
         """The number of the node's set of minimal acceptances."""
-        if self.is_divergent(node):
-            return self._sets.number(())
-        if self.model == "T":
-            return self._sets.number(((),))
-        numbers = np.unique(self._acceptance[self.members(node)])
-        numbers = numbers[numbers >= 0]
-        key = numbers.tobytes()
-        number = self._set_of.get(key)
+        offer = int(self._node_offers[node])
+        number = self._set_of.get(offer)
         if number is None:
-            acceptances = minimal(self._acceptances[acceptance] for acceptance in numbers.tolist())
-            number = self._set_of[key] = self._sets.number(acceptances)
+            number = self._set_of[offer] = self._sets.number(self._minimal(offer))
         return number
+
+    def _minimal(self, offer: int) -> AcceptanceSet:
+        if offer < 0:
+            return ()
+        if self.model == "T":
+            return ((),)
+        return minimal(self._acceptances[number] for number in self._offers.members(offer).tolist())
 
     def allowed(self, node: int) -> tuple[int, ...]:
         """The events that the specification can perform at *node*, as identifiers, ascending."""
@@ -117,33 +224,11 @@ class Normaliser:
 
     def extend(self, node: int) -> list[tuple[int, int]]:
         """The transitions of a node as (column, node), columns ascending; targets that are new become nodes."""
-        key = self._members[node] or b""
-        states = np.frombuffer(key, dtype=np.int32)
-        after = self._after_few(states.tolist()) if len(states) <= LARGE else self._after_many(states.astype(np.int64))
-        return [(column, self._node(targets)) for column, targets in after]
-
-    def _after_few(self, states: list[int]) -> list[tuple[int, list[int]]]:
-        after: dict[int, list[int]] = {}
-        starts, ends, columns, targets = self._few
-        for state in states:
-            start, end = starts[state], ends[state]
-            for column, target in zip(columns[start:end].tolist(), targets[start:end].tolist(), strict=True):
-                if column in after:
-                    after[column].append(target)
-                else:
-                    after[column] = [target]
-        return sorted(after.items())
-
-    def _after_many(self, states: Int64Array) -> list[tuple[int, list[int]]]:
-        rows = gather_spans(self._taus.ends[states], self._ends[states])
-        columns, targets = self._columns[rows], self._targets[rows]
-        order = np.argsort(columns, kind="stable")
-        columns, targets = columns[order], targets[order].tolist()
-        starts = np.flatnonzero(np.diff(columns, prepend=-1))
-        spans = pairwise([*starts.tolist(), len(targets)])
-        return [
-            (column, targets[start:end]) for column, (start, end) in zip(columns[starts].tolist(), spans, strict=True)
-        ]
+        self._progress[subsets.ROWS] = self._progress[subsets.COLUMNS] = 0
+        while self._extended(node, node + 1, self._row) == node:
+            self._reserve()
+        end = int(self._row.ends[0])
+        return list(zip(self._row.columns[:end].tolist(), self._row.targets[:end].tolist(), strict=True))
 
     def all_nodes(self, poll: Callable[[int], None] | None = None) -> NormalForm:
         """Extend every node and give the normal form.
@@ -151,118 +236,82 @@ class Normaliser:
         Args:
             poll: called now and then with the number of nodes so far. What it raises ends the work.
         """
-        offsets, columns, targets = array("q", [0]), array("i"), array("i")
-        divergent, acceptance_set = array("b"), array("i")
-        node = 0
-        while node < self.nodes:
-            if poll is not None and node % 64 == 0:
+        rows = _Rows(np.zeros(64, dtype=np.int64), np.zeros(64, dtype=np.int32), np.zeros(64, dtype=np.int32))
+        ends: list[Int64Array] = [np.zeros(1, dtype=np.int64)]
+        self._progress[subsets.ROWS] = self._progress[subsets.COLUMNS] = node = 0
+        while True:
+            after = self._extended(node, 1 << 62, rows)
+            ends.append(rows.ends[: after - node].copy())
+            node = after
+            if poll is not None:
                 poll(self.nodes)
-            for column, target in self.extend(node):
-                columns.append(column)
-                targets.append(target)
-            offsets.append(len(columns))
-            divergent.append(self.is_divergent(node))
-            acceptance_set.append(self.acceptance_set(node))
-            node += 1
+            if node == self.nodes:
+                break
+            self._reserve()
+            rows.ends = _at_least(rows.ends, min(self.nodes, 1 << 16))
+            needed = int(self._progress[subsets.ROWS]) + len(self.events)
+            rows.columns, rows.targets = _at_least(rows.columns, needed), _at_least(rows.targets, needed)
+        transitions = int(self._progress[subsets.ROWS])
+        divergent = np.zeros(node, dtype=np.bool_)
+        if self._progress[subsets.DIVERGENT] >= 0:
+            divergent[self._progress[subsets.DIVERGENT]] = True
+        _, first, offer_of = np.unique(self._node_offers[:node], return_index=True, return_inverse=True)
+        numbers = np.zeros(len(first), dtype=np.int32)
+        for offer in np.argsort(first).tolist():
+            numbers[offer] = self.acceptance_set(int(first[offer]))
         return NormalForm(
             self.model,
             self.events,
-            np.array(offsets, dtype=np.int64),
-            np.array(columns, dtype=np.int32),
-            np.array(targets, dtype=np.int32),
-            np.array(divergent, dtype=np.bool_),
-            np.array(acceptance_set, dtype=np.int32),
+            np.concatenate(ends),
+            rows.columns[:transitions].copy(),
+            rows.targets[:transitions].copy(),
+            divergent,
+            numbers[offer_of],
             tuple(self.acceptance_sets),
         )
 
-    def _node(self, states: list[int]) -> int:
-        """The number of the node for some states and all that taus lead to."""
-        closed = self._taus.closure(states)
-        key = self._key_of_few(closed) if isinstance(closed, set) else self._key_of_many(closed)
-        number = self._number.setdefault(key, len(self._members))
-        if number == len(self._members):
-            self._members.append(key)
-        return number
+    def _extended(self, first: int, last: int, rows: _Rows) -> int:
+        """Extend the nodes from *first* to *last* as far as there is room; the first that is not done."""
+        self._progress[subsets.WORK] = 0
+        found = self._kernels().extend_nodes(
+            self._machine,
+            self._nodes.sets,
+            self._offers.sets,
+            self._node_offers,
+            self._space,
+            first,
+            last,
+            rows.ends,
+            rows.columns,
+            rows.targets,
+            self._progress,
+            max(1, INTERPRETED if self._looked_at <= INTERPRETED and not tau_kernels_are_loaded() else SLICE),
+        )
+        self._looked_at += int(self._progress[subsets.WORK])
+        return found
 
-    def _key_of_few(self, states: set[int]) -> Key:
-        divergent, matters = self._divergent.data, self._matters.data
-        if any(divergent[state] for state in states):
-            return None
-        return array("i", sorted(state for state in states if matters[state])).tobytes()
+    def _kernels(self) -> Kernels:
+        return tau_kernels(tau_kernels_are_loaded() or self._looked_at > INTERPRETED)
 
-    def _key_of_many(self, states: Int64Array) -> Key:
-        if self._divergent[states].any():
-            return None
-        return np.sort(states[self._matters[states]]).astype(np.int32).tobytes()
+    def _reserve(self) -> None:
+        """Have room for at least one more node."""
+        self._nodes.reserve(len(self._machine.flags), int(self._progress[subsets.DIVERGENT]), self._kernels())
+        self._offers.reserve(len(self._acceptances), -1, self._kernels())
+        self._node_offers = _at_least(self._node_offers, len(self._nodes.sets.offsets))
 
 
-class _Taus:
-    """The taus of a machine, to be followed.
+def _space(lts: Lts, columns: int, acceptances: int) -> Following:
+    def entries(number: int) -> Int64Array:
+        return np.zeros(number, dtype=np.int64)
 
-    Attributes:
-        ends: shape (states,): where the taus of each state end in the machine's transitions, and the rest starts.
-    """
-
-    __slots__ = ("_few", "_none", "_place", "_seen", "_starts", "_targets", "ends")
-
-    def __init__(self, lts: Lts) -> None:
-        before = np.concatenate([[0], np.cumsum(lts.labels == TAU)])
-        self._starts = lts.offsets[:-1]
-        self.ends: Int64Array = self._starts + before[lts.offsets[1:]] - before[self._starts]
-        self._targets = lts.targets
-        self._none = not before[-1]
-        # Reading single numbers of an array is several times faster through a view of its memory.
-        self._few = (self._starts.data, self.ends.data, self._targets.data)
-        self._seen = np.zeros(lts.states, dtype=np.bool_)
-        self._place = np.zeros(lts.states, dtype=np.int64)
-
-    def closure(self, states: list[int]) -> set[int] | Int64Array:
-        """All states that taus lead to from *states*, these included; an array, in no order, where they are many."""
-        seen = set(states)
-        if self._none:
-            return seen
-        stack = list(seen)
-        starts, ends, targets = self._few
-        while stack:
-            if len(seen) > LARGE:
-                return self._large_closure(np.fromiter(seen, dtype=np.int64))
-            state = stack.pop()
-            for target in targets[starts[state] : ends[state]]:
-                if target not in seen:
-                    seen.add(target)
-                    stack.append(target)
-        return seen
-
-    def _large_closure(self, states: Int64Array) -> Int64Array:
-        """The closure, step by step of taus; steps of few states, of which there may be many, without arrays."""
-        seen = self._seen
-        seen[states] = True
-        found = [states]
-        frontier: list[int] | Int64Array = states
-        while len(frontier):
-            frontier = self._few_more(frontier) if len(frontier) < LARGE else self._many_more(np.asarray(frontier))
-            found.append(np.asarray(frontier, dtype=np.int64))
-        closed = np.concatenate(found)
-        seen[closed] = False
-        return closed
-
-    def _few_more(self, frontier: list[int] | Int64Array) -> list[int]:
-        starts, ends, targets = self._few
-        seen = self._seen.data
-        more: list[int] = []
-        for state in frontier if isinstance(frontier, list) else frontier.tolist():
-            for target in targets[starts[state] : ends[state]]:
-                if not seen[target]:
-                    seen[target] = True
-                    more.append(target)
-        return more
-
-    def _many_more(self, frontier: Int64Array) -> Int64Array:
-        reached = self._targets[gather_spans(self._starts[frontier], self.ends[frontier])]
-        reached = reached[~self._seen[reached]]
-        # Of the entries for one state the last is the one that its place names.
-        entries = np.arange(len(reached))
-        self._place[reached] = entries
-        more: Int64Array = reached[self._place[reached] == entries]
-        self._seen[more] = True
-        return more
+    return Following(
+        stamps=entries(lts.states),
+        queue=entries(lts.states),
+        kept=entries(lts.states),
+        offer_stamps=entries(acceptances),
+        offered=entries(acceptances),
+        counts=entries(columns),
+        used=entries(columns),
+        places=entries(columns),
+        moved=entries(lts.transitions + 1),
+    )

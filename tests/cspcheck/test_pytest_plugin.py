@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 import os
+import signal
+import subprocess
+import sys
+import time
+from functools import partial
 from importlib import import_module
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -26,6 +31,11 @@ assert P :[deadlock free]
 assert Q :[deadlock free]
 """
 BAD = "channel a\nQ = a -> STOP\nassert Q :[deadlock free]\n"
+ENDLESS = """\
+channel a : {0..99}
+P(n) = a?x -> P(n + x + 1)
+assert P(0) :[deadlock free]
+"""
 BROKEN = "channel a\nP = b -> P\nassert P :[deadlock free]\n"
 
 
@@ -378,3 +388,35 @@ def test_an_interrupt_is_told_without_what_was_going_on(
     assert result.ret is pytest.ExitCode.INTERRUPTED
     result.stdout.fnmatch_lines(["*pytest_plugin.py:*: KeyboardInterrupt"])
     result.stdout.no_fnmatch_line("*interrupted(*")
+
+
+@pytest.mark.parametrize("name", ["endless.csp", "test_endless.py"])
+def test_an_interrupt_ends_the_run_while_a_check_is_going_on(place: pytest.Pytester, name: str) -> None:
+    write(place, endless=ENDLESS)
+    (place.path / "test_endless.py").write_text(
+        "import cspcheck\n\ndef test_it():\n    print('begun', flush=True)\n    cspcheck.load('endless.csp').check()\n"
+    )
+    (place.path / "conftest.py").write_text(
+        "def pytest_runtest_call(item):\n    if item.path.suffix == '.csp':\n        print('begun', flush=True)\n"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-m", "pytest", *PLUGIN, "-s", "-p", "no:cacheprovider", name],
+        cwd=place.path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        # Who was started in the background ignores the signal, and so would this.
+        preexec_fn=partial(signal.signal, signal.SIGINT, signal.SIG_DFL),
+    ) as run:
+        try:
+            assert run.stdout is not None
+            while "begun" not in run.stdout.readline():
+                assert run.poll() is None
+            time.sleep(1)
+            run.send_signal(signal.SIGINT)
+            rest = run.stdout.read()
+            assert run.wait(120) == pytest.ExitCode.INTERRUPTED, rest
+        finally:
+            run.kill()
+    assert "KeyboardInterrupt" in rest
+    assert "internal error" not in rest.lower()

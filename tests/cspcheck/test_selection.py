@@ -68,6 +68,23 @@ class TestTargets:
         assert paths(["d"]) == ["d/main.csp", "d/other.csp"]
         assert paths(["d/common.csp"]) == ["d/common.csp"]
 
+    def test_the_paths_of_nested_includes_count_from_the_first_script(self, folder: Path) -> None:
+        write(folder / "d/main.csp", 'include "parts/model.csp"\n')
+        write(folder / "d/parts/model.csp", 'include "parts/types.csp"\ninclude "rest.csp"\n')
+        write(folder / "d/parts/types.csp")
+        write(folder / "d/rest.csp")
+        # Not what the model includes, which is the one beside the main script.
+        write(folder / "d/parts/rest.csp")
+
+        assert paths(["d"]) == ["d/main.csp", "d/parts/rest.csp"]
+
+    def test_scripts_that_include_each_other_are_told_as_such(self, folder: Path) -> None:
+        write(folder / "d/a.csp", 'include "b.csp"\n')
+        write(folder / "d/b.csp", 'include "a.csp"\n')
+        write(folder / "d/own.csp", 'include "own.csp"\n')
+
+        assert paths(["d"]) == ["d/a.csp", "d/b.csp", "d/own.csp"]
+
     def test_a_folder_without_scripts(self, folder: Path) -> None:
         (folder / "empty").mkdir()
 

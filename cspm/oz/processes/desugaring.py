@@ -61,10 +61,17 @@ class _Desugaring:
         self.context = context
         self.specification = elaborated.specification
         self.declared = dict(_declared_names(tree.declarations))
+        context.declared = frozenset(self.declared)
         self.models = dict(self.specification.classes)
         self.fields = kept_fields(tree, list(self.models.values()), control=context.control)
         self.mistakes: list[Diagnostic] = []
         self.sharing = self._sharing()
+        context.unshared = frozenset(
+            (model.name, channel.name)
+            for model in self.models.values()
+            for channel in model.channels.values()
+            if channel.kind == "chan" and not self._is_shared(model, channel)
+        )
         self.parameters = {name for model in self.models.values() for name in model.generics}
         """What generic parameters are called: given sets that no paragraph gives."""
 

@@ -244,11 +244,13 @@ def test_what_is_not_understood_is_refused(text: str, why: str, tmp_path: Path) 
     assert refused(text, tmp_path) == why
 
 
-def test_entries_are_kernels() -> None:
+@pytest.mark.parametrize("which", ["", "TAU_"])
+def test_entries_are_kernels(which: str) -> None:
     """The entries are kernels, and the constants of their copies are arguments."""
     from cspcheck.checker.kernels import jit
 
-    kernels: dict[str, Callable[..., Any]] = {f.__name__: f for module in jit.MODULES for f in module.KERNELS}
-    for name, copies in jit.ENTRIES.items():
+    modules, entries = getattr(jit, f"{which}MODULES"), getattr(jit, f"{which}ENTRIES")
+    kernels: dict[str, Callable[..., Any]] = {f.__name__: f for module in modules for f in module.KERNELS}
+    for name, copies in entries.items():
         known = {parameter for parameter, _ in translated_types.parameters(kernels[name])}  # type: ignore[arg-type]
         assert all(set(copy) <= known for copy in copies)

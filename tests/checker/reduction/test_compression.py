@@ -8,9 +8,15 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
+from cspcheck.checker.kernels.jit import kernels, tau_kernels
 from cspcheck.checker.lts import Lts, machine
-from cspcheck.checker.reduction import partition
-from cspcheck.checker.reduction.bisimulation import tau_abstracting_partition, tau_components
+from cspcheck.checker.reduction import bisimulation, compression, partition
+from cspcheck.checker.reduction.bisimulation import (
+    branching_bisimulation,
+    strong_bisimulation,
+    tau_abstracting_partition,
+    tau_components,
+)
 from cspcheck.checker.reduction.compression import COMPRESSIONS
 from cspcheck.checker.reduction.partition import coarsest_partition
 from cspcheck.cspm.process.events import TAU, TICK
@@ -147,14 +153,105 @@ def test_components_of_taus_are_mutually_reachable_states_in_reverse_order(rows:
             assert t not in reach[s] or components[t] <= components[s]
 
 
-@given(rows=machines(states=8, events=2), after=st.booleans())
-def test_classes_of_targets_give_the_same_partition_as_all_moves_written_down(rows: Rows, after: bool) -> None:
+@given(
+    rows=machines(states=8, events=2),
+    after=st.booleans(),
+    most=st.sampled_from((0, 20, 1 << 20)),
+    slice_=st.sampled_from((0, 3, 30, 1 << 20)),
+    slices=st.sampled_from((1, 1 << 20)),
+)
+def test_classes_of_targets_give_the_same_partition_as_all_moves_written_down(
+    rows: Rows, after: bool, most: int, slice_: int, slices: int
+) -> None:
+    """However much room there is for moves, and however often the kernels come back."""
     acyclic = [{(a, t) for a, t in row if a != TAU or t < s} for s, row in enumerate(rows)]
     divergent = np.array([s % 3 == 0 for s in range(len(rows))])
+    apart = [2 * int(d) + e for d, e in zip(divergent, ended(acyclic), strict=True)]
+    expected = obvious_classes(abstract_moves(acyclic, after=after), apart)
 
-    expected = tau_abstracting_partition(lts(acyclic), divergent, taus_after=after)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(bisimulation, "SLICE", slice_)
+        patch.setattr(bisimulation, "SLICES", slices)
+        found = tau_abstracting_partition(lts(acyclic), divergent, taus_after=after, most=most)
+    assert found.tolist() == [list(dict.fromkeys(expected)).index(c) for c in expected]
 
-    assert tau_abstracting_partition(lts(acyclic), divergent, taus_after=after, most=0).tolist() == expected.tolist()
+
+def obviously_branching_bisimilar(rows: Rows) -> set[tuple[int, int]]:
+    """The greatest relation: what one does at once the other does after taus that leave it related."""
+    states = range(len(rows))
+    apart = [(diverges(rows, frozenset({s})), e) for s, e in zip(states, ended(rows), strict=True)]
+    related = {(s, t) for s in states for t in states if apart[s] == apart[t]}
+
+    def can_follow(s: int, label: int, target: int, t: int) -> bool:
+        if label == TAU and (target, t) in related:
+            return True
+        return any((s, u) in related and a == label and (target, v) in related for u in reach[t] for a, v in rows[u])
+
+    reach = [taus_from(rows, s) for s in states]
+    while True:
+        kept = {
+            (s, t)
+            for s, t in related
+            if all(can_follow(s, a, u, t) for a, u in rows[s]) and all(can_follow(t, a, u, s) for a, u in rows[t])
+        }
+        if kept == related:
+            return related
+        related = kept
+
+
+@given(rows=machines(states=7, events=2))
+def test_the_branching_quotient_is_as_small_as_the_fixpoint(rows: Rows) -> None:
+    related = obviously_branching_bisimilar(rows)
+    classes = {min(t for t in range(len(rows)) if (s, t) in related) for s in range(len(rows))}
+    found = branching_bisimulation(strong_bisimulation(lts(rows)))
+
+    assert found.states == len(classes)
+    assert refinement_violation(rows, rows_of(found), "FD") is None
+    assert refinement_violation(rows_of(found), rows, "FD") is None
+
+
+@given(rows=machines(states=8, events=2), name=st.sampled_from(("wbisim", "dbisim")))
+def test_what_is_branching_bisimilar_may_be_put_together_first(rows: Rows, name: str) -> None:
+    expected = rows_of(COMPRESSIONS[name](lts(rows)))
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(bisimulation, "FEW", 0)
+        assert rows_of(COMPRESSIONS[name](lts(rows))) == expected
+
+
+@given(rows=machines(states=8, events=3))
+def test_diamonds_may_be_removed_a_state_at_a_time(rows: Rows) -> None:
+    expected = rows_of(COMPRESSIONS["diamond"](lts(rows)))
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(compression, "MOST", 0)
+        assert rows_of(COMPRESSIONS["diamond"](lts(rows))) == expected
+
+
+def sparse(states: int, seed: int) -> Lts:
+    """A machine of so many states, all of them reachable, with taus that lead on and back."""
+    numbers = np.random.default_rng(seed)
+    starts = np.concatenate([np.arange(states), numbers.integers(0, states, states)])
+    targets = np.concatenate([(np.arange(states) + 1) % states, numbers.integers(0, states, states)])
+    targets[states:] = np.where(numbers.random(states) < 0.5, targets[states:], starts[states:] // 2)
+    labels = np.concatenate([np.arange(states) % 3 + 2, numbers.choice([TAU, A, B], states)])
+    return machine(states, starts, labels, targets)
+
+
+@pytest.mark.parametrize("name", sorted(set(COMPRESSIONS) - {"normal", "lazynorm"}))
+def test_machine_code_does_what_interpreted_kernels_do(name: str) -> None:
+    found = []
+    for compiled in (False, True):
+        with pytest.MonkeyPatch.context() as patch:
+            for module in (bisimulation, partition):
+                patch.setattr(module, "kernels_for", lambda rows, compiled=compiled: kernels(compiled))
+            for module in (bisimulation, compression):
+                patch.setattr(module, "tau_kernels_for", lambda rows, compiled=compiled: tau_kernels(compiled))
+            patch.setattr(bisimulation, "SATURATED", 1000)
+            patch.setattr(bisimulation, "SLICE", 1000)
+            patch.setattr(compression, "MOST", 100)
+            found.append(COMPRESSIONS[name](sparse(400, 1)))
+    assert rows_of(found[0]) == rows_of(found[1])
 
 
 def test_a_long_chain_is_partitioned_without_looking_at_all_of_it_in_every_round() -> None:

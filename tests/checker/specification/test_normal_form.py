@@ -37,10 +37,14 @@ def should_say(rows: Rows, states: explicit.States, model: str) -> tuple[object,
 
 
 @settings(deadline=None)
-@given(machines(), st.sampled_from(MODELS), st.booleans(), st.sampled_from((0, 2, 100)))
-def test_each_node_says_what_its_traces_say(rows: Rows, model: str, minimise: bool, large: int) -> None:
-    """Whether sets of states count as large, and are worked on in arrays, or not."""
-    with mock.patch.object(normaliser, "LARGE", large):
+@given(machines(), st.sampled_from(MODELS), st.booleans(), st.sampled_from((0, 20, 10_000)))
+def test_each_node_says_what_its_traces_say(rows: Rows, model: str, minimise: bool, interpreted: int) -> None:
+    """Whether compiled kernels are taken from the start, after a while, or not; and whatever the slices."""
+    with (
+        mock.patch.object(normaliser, "INTERPRETED", interpreted),
+        mock.patch.object(normaliser, "SLICE", interpreted or 1),
+        mock.patch.object(normaliser, "tau_kernels_are_loaded", return_value=False),
+    ):
         normal_form = normalise(lts(rows), model, minimise=minimise)
     for trace in explicit.traces(rows, 4):
         node = normal_form.along(trace)
@@ -194,7 +198,10 @@ def test_nodes_of_many_states() -> None:
         whole = normalise(lts(rows), model, minimise=False)
         assert whole.nodes == size + 1
         assert says(whole, 0) == should_say(rows, explicit.start(rows), model)
-        with mock.patch.object(normaliser, "LARGE", 5000):
+        with (
+            mock.patch.object(normaliser, "INTERPRETED", 1 << 60),
+            mock.patch.object(normaliser, "tau_kernels_are_loaded", return_value=False),
+        ):
             assert normalise(lts(rows), model, minimise=False).targets.tolist() == whole.targets.tolist()
 
 
