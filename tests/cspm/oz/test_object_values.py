@@ -337,3 +337,23 @@ def test_what_cannot_be_is_refused_for_its_own_reason(body: str, message: str) -
     with pytest.raises(ScriptError) as error:
         elaborate(parse(Source("objects.csp", text)))
     assert message in error.value.diagnostics[0].message, error.value.diagnostics[0].message
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "state\n    x : nat\n  op x = [true]",
+        "state\n    C : nat",
+        "const C : nat where C = 1",
+        "const x : nat\n  op x = [true]",
+    ],
+)
+def test_a_name_is_one_thing_in_a_class(body: str) -> None:
+    with pytest.raises(ScriptError, match="CSP638"):
+        elaborate(parse(Source("objects.csp", f"class C\n  {body}\nend")))
+
+
+def test_a_class_without_a_state_may_use_objects() -> None:
+    text = f"{CARD}class User\n  op use = [c? : Card | c?.balance = 0 and c?.limit = 1] @ c?.deposit\nend\n"
+    assertion = "User :[has trace]: <use.Card_1.1>"
+    assert outcome(f"{text}assert {assertion}", assertion)[0] == "pass"
