@@ -123,7 +123,8 @@ class TestLimits:
         outcome = checker(states=20).check_property(self.cube, "deadlock free")
         assert outcome.verdict is Verdict.UNKNOWN
         assert outcome.reason == (
-            "state limit of 20 (`--max-states`) reached: 10 states explored to depth 2, no deadlock or divergence among them"
+            "state limit of 20 (`--max-states`) reached: 10 states explored to depth 2, "
+            "no deadlock or divergence among them"
         )
         assert (outcome.states, outcome.transitions) == (10, 30)
 
