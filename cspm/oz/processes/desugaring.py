@@ -308,7 +308,7 @@ class _Desugaring:
         hidden = [Name(span=span, parts=(c.name,)) for c in local]
         taken = {member for declaration in (*private, *exported) for member in _defined(declaration)}
         member = self.context.visible[name] = _unused("visible", taken)
-        exported.append(_value(member, span, _hiding(visible, hidden, span)))
+        exported.append(_value(member, span, _hiding(visible, hidden, span), called=name))
         module = ClassModule(span=span, name=name, parameters=(), private=tuple(private), exported=tuple(exported))
         members = [Name(span=span, parts=(name, c.name)) for c in methods]
         process = _value(name, span, _hiding(Name(span=span, parts=(name, member)), members, span))
@@ -339,8 +339,9 @@ def _hiding(process: Expr, channels: Sequence[Name], span: Span) -> Expr:
     return syntax.Hide(span=span, process=process, events=events)
 
 
-def _value(name: str, span: Span, body: Expr) -> Declaration:
-    return syntax.PatternDefinition(span=span, pattern=syntax.NamePattern(span=span, parts=(name,)), body=body)
+def _value(name: str, span: Span, body: Expr, *, called: str | None = None) -> Declaration:
+    pattern = syntax.NamePattern(span=span, parts=(name,))
+    return syntax.PatternDefinition(span=span, pattern=pattern, body=body, called=called)
 
 
 def _dotted(fields: Sequence[Expr]) -> Expr | None:
