@@ -90,7 +90,6 @@ class TestNodes:
         assert lazy(DIV, "FD").is_divergent(0)
         assert not lazy(DIV, "F").is_divergent(0)
 
-
     def test_events_of_infinite_channels_have_large_identifiers(self) -> None:
         large = 2**62
         specification = lazy(choose(then(large, STOP), then(a, STOP)), "F")
