@@ -79,7 +79,10 @@ class Budget:
     def narrowed(self, states: int) -> Budget:
         """A budget of its own for something optional: what is left of this one, and no more than so many states."""
         most = states if self.limits.states is None else min(states, self.limits.states)
-        return Budget(replace(self.remaining(), states=most, memory_bytes=self.limits.memory_bytes))
+        # Its clock is that of this one, and so is what it says when the time is over.
+        narrower = Budget(replace(self.limits, states=most))
+        narrower._started = self._started
+        return narrower
 
     def used(self, memory_bytes: int) -> None:
         """Take note of the size of arrays that were in use at one time."""
@@ -127,15 +130,15 @@ class Budget:
         """What to say when a component is too large to be explored by itself."""
         of_states = self.limits.states is not None and limit.states >= self.limits.states
         if self.limits.memory_bytes is None or of_states:
-            return limit.diagnostic.message
+            return f"{limit.diagnostic.message}; `--max-states` raises the limit"
         return f"{self.memory_reached()}: {limit.diagnostic.message}"
 
     def memory_reached(self) -> str:
-        """``memory limit of 8 GiB reached``."""
+        """``memory limit of 8 GiB (`--max-memory`) reached``."""
         return _reached("memory", self.limits)
 
     def reached(self, exploration: Covered) -> str:
-        """The limit that ended an exploration: ``state limit of 1,000 reached``."""
+        """The limit that ended an exploration: ``state limit of 1,000 (`--max-states`) reached``."""
         return _reached(exploration.stop, self.limits)
 
 
@@ -157,15 +160,14 @@ OUT_OF_MEMORY = "out of memory"
 
 
 def why(guard: Guard, limits: Limits, stopped: Stopped) -> str:
-    """What to say of work that a guard stopped: the limit, what was going on, and what to do about it.
+    """What to say of work that a guard stopped: the limit, the option that sets it, and what was going on.
 
-    ``time limit of 2 s reached while evaluating `fib(45)`; `--timeout` sets it``.
+    ``time limit of 2 s (`--timeout`) reached while evaluating `fib(45)` ``.
     """
     going_on = f" while {_going_on(stopped)}" if stopped.doing or stopped.outermost is not None else ""
     if guard.reached == "machine":
         return f"{OUT_OF_MEMORY}: the machine has next to none left{going_on}"
-    option = "--timeout" if guard.reached == "seconds" else "--max-memory"
-    return f"{_reached(guard.reached, limits)}{going_on}; `{option}` sets it"
+    return f"{_reached(guard.reached, limits)}{going_on}"
 
 
 def _going_on(stopped: Stopped) -> str:
@@ -179,13 +181,13 @@ def _going_on(stopped: Stopped) -> str:
 
 def _reached(stop: str | None, limits: Limits) -> str:
     if stop == "states":
-        return f"state limit of {limits.states:,} reached"
+        return f"state limit of {limits.states:,} (`--max-states`) reached"
     if stop == "seconds":
-        return f"time limit of {limits.seconds:g} s reached"
+        return f"time limit of {limits.seconds:g} s (`--timeout`) reached"
     if stop == "disk":
         return NO_ROOM
     if stop == "memory":
-        return f"memory limit of {_bytes(limits.memory_bytes or 0)} reached"
+        return f"memory limit of {_bytes(limits.memory_bytes or 0)} (`--max-memory`) reached"
     raise AssertionError(f"a search without a result ended for the reason {stop}")
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, TypeGuard
 
@@ -31,6 +32,7 @@ from cspcheck.checker.verdict import (
     Termination,
     Verdict,
 )
+from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.interruption import during
 from cspcheck.cspm.process.events import EventSet, EventTable
 from cspcheck.cspm.process.terms import STOP, Prioritised, Process, Sequential
@@ -57,6 +59,18 @@ _FAILURES: dict[Model, FailuresModel] = {"F": "F", "FD": "FD", "V": "F", "VD": "
 
 EARLY = (1_000, 8_000)
 """Where a component has more states than this by itself, as many of the whole are looked at first."""
+
+
+_TOO_WIDE = ("CSP411", "CSP681", "CSP682")
+"""What a search cannot go through: infinite sets of events or values, and those that are too large."""
+
+
+class _Proved(Exception):
+    """What a search was to answer has been proved, or refuted, for all values."""
+
+    def __init__(self, outcome: Outcome) -> None:
+        super().__init__()
+        self.outcome = outcome
 
 
 class Checker:
@@ -95,6 +109,7 @@ class Checker:
         self._script = script
         self._limits = limits
         self._termination = termination
+        self._unproved: Assertion | None = None
         self._happened: dict[Process, Happened | None] = {}
         self._sure = Sure()
         kept = KEPT_BYTES if limits.memory_bytes is None else min(KEPT_BYTES, limits.memory_bytes // 2)
@@ -121,11 +136,59 @@ class Checker:
         """
         if isinstance(assertion, NotAssertion):
             return _inverted(self.check(assertion.inner))
-        outcome = self._check(assertion)
         classes = self._script.classes
-        if classes is None or _is_proved(assertion):
-            return outcome  # proofs are about all values, whatever a search takes instead
-        return replace(outcome, readings=self._script.readings(assertion), control=classes.control)
+        if classes is None:
+            return self._check(assertion)
+        if _is_proved(assertion):
+            return self._check(assertion)  # proofs are about all values, whatever a search takes instead
+        with self._proving(assertion):
+            try:
+                outcome = self._check(assertion)
+            except _Proved as proved:
+                return proved.outcome
+            except ScriptError as error:
+                if any(diagnostic.code not in _TOO_WIDE for diagnostic in error.diagnostics):
+                    raise
+                proved_instead = self._for_all_values()
+                if proved_instead is None:
+                    raise
+                return proved_instead
+            readings = self._script.readings(assertion)
+            if outcome.verdict is Verdict.UNKNOWN or classes.chosen(readings):
+                proved_instead = self._for_all_values()
+                if proved_instead is not None:
+                    return proved_instead
+        return replace(outcome, readings=readings, control=classes.control)
+
+    @contextmanager
+    def _proving(self, assertion: Assertion) -> Iterator[None]:
+        """What is asked of the prover, at most once, where a search cannot go through all values."""
+        self._unproved, before = assertion, self._unproved
+        try:
+            yield
+        finally:
+            self._unproved = before
+
+    def _for_all_values(self) -> Outcome | None:
+        """The answer to the assertion at hand for all values of the data of its classes; None where it is not known."""
+        assertion, self._unproved = self._unproved, None
+        if assertion is None or self._machines.full or self._limits.states is not None:
+            return None  # whoever limits the states wants to know what a search says
+        from cspcheck.checker.proof.unbounded.answering import for_all_values
+
+        with during("proving it for all values", vague=True):
+            outcome = for_all_values(
+                assertion, self._script, self._limits.seconds, termination_counts=self._termination == "deadlock"
+            )
+        return None if outcome is None or outcome.verdict is Verdict.UNKNOWN else outcome
+
+    def _is_endless(self, process: Process, budget: Budget) -> bool:
+        """Whether a process has a component with more states than a first look goes through."""
+        try:
+            self._machines.network(process, budget, terms=EARLY[0])
+        except Incomplete as incomplete:
+            return incomplete.endless
+        return False
 
     def ended(self, assertion: Assertion, reason: str) -> Outcome | None:
         """What is sure of an assertion whose check was stopped for a reason; None if nothing is.
@@ -150,6 +213,10 @@ class Checker:
         if isinstance(assertion, Refinement):
             specification = self._process(assertion.specification, assertion.options)
             implementation = self._process(assertion.implementation, assertion.options)
+            if self._unproved is not None and self._is_endless(specification, budget):
+                proved = self._for_all_values()
+                if proved is not None:
+                    raise _Proved(proved)
             outcome = self.check_refinement(specification, assertion.model, implementation, budget)
             return self._within_readings(outcome, implementation, specification, budget, traces=assertion.model == "T")
         if isinstance(assertion, Property):
@@ -309,11 +376,16 @@ class Checker:
                     early = self._at_the_beginning(budget, subject, check, length, states)
                     if early is not None:
                         return early
+                    proved = self._for_all_values()
+                    if proved is not None:
+                        raise _Proved(proved) from None
         try:
             return self._in_words(check(self._context(budget)))
         except OSError as error:
-            if self._sure.outcome is None or not isinstance(self._machines.beyond, Spill) or not is_full(error):
+            if not isinstance(self._machines.beyond, Spill) or not is_full(error):
                 raise
+            if self._sure.outcome is None:
+                return budget.outcome(Verdict.UNKNOWN, NO_ROOM, 0, 0)
             return _untold(self._in_words(self._sure.outcome), NO_ROOM)
         except Incomplete as incomplete:
             if self._sure.outcome is not None:

@@ -56,6 +56,9 @@ class Paragraphs(Protocol):
     def has_left(self) -> bool:
         """Whether evaluation has met something outside the finite readings of wide types."""
 
+    def chosen(self, readings: Sequence[str]) -> bool:
+        """Whether one of some readings is no reading of the script, but a choice that was made for it."""
+
     def readings(self, names: Names, operands: Sequence[syntax.Expr]) -> tuple[str, ...]:
         """The finite readings of wide types that the paragraphs behind some expressions follow, as written."""
 

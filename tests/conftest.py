@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 
 from hypothesis import HealthCheck, settings
@@ -12,6 +13,9 @@ collect_ignore_glob = ["cases/*.csp", "corpus/*", "cspcheck/failing/*"]
 # Programs that tests run keep their bytecode like installed ones do: without it each of them compiles the whole package
 # again, and the test command takes half as long again.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
+# So many modules and syntax trees are in memory that looking through them for garbage takes a sixth of the tests' time.
+gc.set_threshold(200_000, 20, 20)
 
 # A loaded machine is no reason for a test to fail.
 # The same examples every time, so that a change fails for what it changes.

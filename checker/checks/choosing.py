@@ -38,7 +38,7 @@ def chosen_part(packed: PackedNetwork, budget: Budget) -> Lts:
             states = rows.visited.known
             raise Incomplete(
                 f"{budget.memory_reached()}: with all choices made, to be compared with, the process has more than "
-                f"{states:,} states; `--max-memory` sets it"
+                f"{states:,} states"
             )
         until = min(rows.visited.known, first + CHUNK)
         found = successors(packed, rows.visited.states[first:until])

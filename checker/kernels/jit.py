@@ -216,11 +216,26 @@ def _on_views(function: FunctionType) -> Kernel:
 
 
 def _view(argument: Any) -> Any:
-    if isinstance(argument, np.ndarray):
+    if type(argument) is np.ndarray:
         return argument.data
-    if isinstance(argument, tuple):
-        return type(argument)(*map(_view, argument))
-    return argument
+    if not isinstance(argument, tuple):
+        return argument
+    # The tables of a machine are handed over at every call, and there are many calls with a few rows each.
+    known = _views.get(id(argument))
+    if known is not None and known[0] is argument:
+        return known[1]
+    if len(_views) >= VIEWS:
+        _views.clear()
+    view = type(argument)(*map(_view, argument))
+    _views[id(argument)] = argument, view
+    return view
+
+
+VIEWS = 64
+"""So many tuples of arrays are kept with the views of them."""
+
+_views: dict[int, tuple[Any, Any]] = {}
+"""By the identity of the tuple, which is kept, so that no other can have it."""
 
 
 def _compiled(notify: Callable[[str], None]) -> Kernels:

@@ -21,7 +21,18 @@ from cspcheck.checker.guard import machine_memory
 from cspcheck.checker.proof.channel import Foreign, Incoming, Sources, TooDeep, framed, packed, unpacked
 from cspcheck.checker.proof.definedness import Definedness
 from cspcheck.checker.proof.kept import KeptAnswers
-from cspcheck.checker.proof.question import Answer, Failed, Impossible, Part, Question, Request, Settings, Unanswered
+from cspcheck.checker.proof.question import (
+    Answer,
+    Failed,
+    Horn,
+    Impossible,
+    Part,
+    Question,
+    Request,
+    Settings,
+    Solution,
+    Unanswered,
+)
 from cspcheck.checker.proof.terms import is_false
 from cspcheck.cspm.interruption import during
 from cspcheck.cspm.oz import core
@@ -251,6 +262,11 @@ class Solver:
     def eliminate(self, term: Term, seconds: float) -> Term | None:
         """A term that says the same without quantifiers; None where the solver cannot tell."""
         answer = self._answer("eliminate", term, (), seconds)
+        return None if isinstance(answer, Unanswered) else answer
+
+    def solve(self, horn: Horn, seconds: float) -> Solution | None:
+        """Predicates that are said to satisfy clauses; None where none are found."""
+        answer = self._answer("solve", horn, (), seconds)
         return None if isinstance(answer, Unanswered) else answer
 
     def _answer(self, verb: str, what: Any, parts: tuple[Part, ...], effort: float | None = None) -> Any:

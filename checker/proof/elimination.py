@@ -44,21 +44,21 @@ def without_quantifiers(specification: core.Specification, term: Term, seconds: 
         return None
     names = {formula.get_id(): key for key, formula in encoder.values.items()}
     occurring = variables_of([term])
-    reader = _Reader({i: occurring[key] for i, key in names.items() if key in occurring}, specification, encoder)
+    reader = FormulaReader({i: occurring[key] for i, key in names.items() if key in occurring}, specification, encoder)
     try:
         ways = [all_of(reader.read(part) for part in result) for result in results]
-    except _UnreadableFormula:
+    except UnreadableFormula:
         return None
     if reader.parts > _LONGEST:
         return None
     return any_of(ways)
 
 
-class _UnreadableFormula(Exception):
+class UnreadableFormula(Exception):
     """A formula that has no plain term."""
 
 
-class _Reader:
+class FormulaReader:
     """Reads formulas of arithmetic and logic as core terms."""
 
     def __init__(self, variables: dict[int, Variable], specification: core.Specification, encoder: Encoder) -> None:
@@ -68,6 +68,11 @@ class _Reader:
         self.parts = 0
 
     def read(self, formula: Expr) -> Term:
+        """The term that says the same.
+
+        Raises:
+            UnreadableFormula: there is no plain one.
+        """
         self.parts += 1
         known = self._variables.get(formula.get_id())
         if known is not None:
@@ -80,7 +85,7 @@ class _Reader:
             value = Fraction(formula.numerator_as_long(), formula.denominator_as_long())
             return Constant(type=core.REAL, value=value)
         if not z3.is_app(formula):
-            raise _UnreadableFormula
+            raise UnreadableFormula
         if formula.sort().kind() == z3.Z3_DATATYPE_SORT and not formula.children():
             return self._construct(formula)
         operands = [self.read(child) for child in formula.children()]
@@ -95,7 +100,7 @@ class _Reader:
             for index, (constructor, _) in enumerate(self._encoder.sorts.free(type_).branches):
                 if formula.decl().eq(sort.constructor(index)):
                     return core.Construct(type=type_, constructor=constructor)
-        raise _UnreadableFormula
+        raise UnreadableFormula
 
     def _applied(self, formula: Expr, operands: list[Term]) -> Term:
         kind = formula.decl().kind()
@@ -133,4 +138,4 @@ class _Reader:
                 return Apply(type=operands[0].type, operator="negate", operands=tuple(operands))
             case z3.Z3_OP_TO_REAL:
                 return Apply(type=core.REAL, operator="int_to_real", operands=tuple(operands))
-        raise _UnreadableFormula
+        raise UnreadableFormula

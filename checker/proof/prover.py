@@ -30,6 +30,7 @@ class Prover:
         specification, model: what the claims are about.
         settings: how hard to try.
         clock: tells the seconds.
+        thorough: look in small scopes and case by case where the solver has no answer for the whole.
     """
 
     def __init__(
@@ -38,10 +39,13 @@ class Prover:
         model: core.ClassModel,
         settings: Settings | None = None,
         clock: Callable[[], float] = time.monotonic,
+        *,
+        thorough: bool = True,
     ) -> None:
         self.situation = Situation(specification, model)
         self.solver = Solver(specification, model, settings, clock)
         self.clock = clock
+        self._thorough = thorough
         self._possible: dict[tuple[str, str], Answer] = {}
 
     @property
@@ -71,6 +75,8 @@ class Prover:
         """
         whole = self.situation.with_constants(parts)
         variables = (*self.situation.constant_variables(whole), *shown)
+        if not self._thorough:
+            return self.solver.ask(Question(whole, variables))
         small = is_small(v.type for v in variables_of(part.term for part in whole).values())
         if first and not small:
             found = self._in_scopes(whole, variables, _GLANCE)

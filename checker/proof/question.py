@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
 from cspcheck.cspm.oz.core import Term, Variable
@@ -75,6 +75,47 @@ class Unanswered:
     reason: str
 
 
+@dataclass(frozen=True, slots=True)
+class Clause:
+    """That a predicate holds behind another, or that something is impossible.
+
+    Attributes:
+        source: the place whose predicate is assumed; None: at the beginning.
+        target: the place whose predicate follows, of the state afterwards if there is a source; None: a contradiction.
+        terms: what is assumed beside it, defined everywhere.
+    """
+
+    source: int | None
+    target: int | None
+    terms: tuple[Term, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Horn:
+    """Clauses over one predicate for each of some places, that are to be found.
+
+    Attributes:
+        places: how many there are.
+        variables: that the predicates speak of; those with the role ``before`` have a twin afterwards.
+        clauses: what they have to satisfy.
+    """
+
+    places: int
+    variables: tuple[Variable, ...]
+    clauses: tuple[Clause, ...]
+
+    def afterwards(self) -> tuple[Variable, ...]:
+        """The variables as they are after a step; constants are the same."""
+        return tuple(replace(v, role="after") if v.role == "before" else v for v in self.variables)
+
+
+@dataclass(frozen=True, slots=True)
+class Solution:
+    """Predicates by place that are said to satisfy clauses."""
+
+    places: tuple[Term, ...]
+
+
 Answer: TypeAlias = Found | Impossible | NotUpTo | Unanswered
 
 
@@ -105,8 +146,8 @@ class Request:
     """What the process of the solver is asked.
 
     Attributes:
-        verb: ``ask``, ``conflict`` or ``eliminate``.
-        what: a question, parts, or a term.
+        verb: ``ask``, ``conflict``, ``eliminate`` or ``solve``.
+        what: a question, parts, a term, or clauses.
         seconds, scopes, seed: see :class:`Settings`.
         name, first_query: what queries are called when they are written out, and the number of the first.
         smtlib: whether they are to be written out.

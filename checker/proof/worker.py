@@ -61,6 +61,11 @@ def _answered(request: Request, known: dict[int, Any]) -> Any:
                     from cspcheck.checker.proof.elimination import without_quantifiers
 
                     answer = without_quantifiers(specification, request.what, request.seconds)
+                case "solve":
+                    from cspcheck.checker.proof.horn import solution
+                    from cspcheck.checker.proof.solver import STEPS
+
+                    answer = solution(specification, request.what, int(request.seconds * STEPS))
                 case _:
                     answer = Failed(f"nobody knows how to {request.verb}")
     except MemoryError:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from cspcheck.checker.explain.blocked_slots import shortest_cycle
-from cspcheck.checker.explain.running import Component, Performed
+from cspcheck.checker.explain.running import Component, Performed, is_composed
+from cspcheck.cspm.process.terms import Process
 from cspcheck.cspm.process.text import describe
 from cspcheck.probing import Probe, ProbeStep, step_name
 from cspcheck.quantities import count
@@ -46,9 +47,11 @@ def show_trace(probe: Probe, style: Style) -> str:
     texts = [harmless(step_name(probe.events, performed)) for performed in done]
     width = max(map(columns, texts))
     digits = len(str(len(done)))
+    data = probe.data()
     rows = []
     for i, (text, performed) in enumerate(zip(texts, done, strict=True), 1):
-        row = f"  {i:>{digits}}  {pad(text, width)}  {style.paint(names.parts(performed), 'dim')}"
+        who = "; ".join([t for t in (names.parts(performed), *_changes(data[i - 1], data[i], names.alone)) if t])
+        row = f"  {i:>{digits}}  {pad(text, width)}  {style.paint(harmless(who), 'dim')}"
         rows.append(row.rstrip())
     return "\n".join(rows) + "\n"
 
@@ -63,6 +66,17 @@ def show_term(probe: Probe, name: str | None, style: Style) -> str | None:
             text = harmless(describe(state, probe.events, width=WHOLE_TERM))
             return f"{style.paint(harmless(own), 'bold')}{place}\n  {text}\n"
     return None
+
+
+def _changes(
+    before: Mapping[str, Mapping[str, str]], after: Mapping[str, Mapping[str, str]], alone: bool
+) -> Iterator[str]:
+    """What the variables of classes are after a step, where they have changed in it."""
+    for name, variables in after.items():
+        old = before.get(name, {})
+        new = {variable: value for variable, value in variables.items() if old.get(variable) != value}
+        if new:
+            yield _values(new) if alone else f"{name}: {_values(new)}"
 
 
 class _Names:
@@ -101,11 +115,28 @@ def _where(probe: Probe, style: Style) -> str:
     return style.paint(f"after {count(len(done), 'step')}", "bold") + f"  <{folded}{harmless(words)}>"
 
 
+def _state(probe: Probe, state: Process, variables: Mapping[str, str]) -> str:
+    """A state as a process expression; of the data of a class the values of its variables."""
+    if not variables:
+        return describe(state, probe.events)
+    values = _values(variables)
+    return f"{values}; {describe(state, probe.events)}" if is_composed(state) else values
+
+
+def _values(variables: Mapping[str, str]) -> str:
+    return ", ".join(f"{name} = {value}" for name, value in variables.items())
+
+
 def _components(probe: Probe, style: Style, everything: bool, beside: Sequence[tuple[str, str]]) -> list[str]:
     waits = probe.waiting()
     names = _Names(probe)
+    data = probe.data()[-1]
     rows = [
-        (name, describe(state, probe.events), ", ".join(names.of(other) for other in waits.get(component, ())))
+        (
+            name,
+            _state(probe, state, data.get(name, {})),
+            ", ".join(names.of(other) for other in waits.get(component, ())),
+        )
         for name, component, state in probe.components()
     ]
     rows += [(name, text, "") for name, text in beside]

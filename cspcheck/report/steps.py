@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from cspcheck.checker.verdict import Counterexample
@@ -95,7 +95,7 @@ def folded(lines: list[str], style: Style, whole: bool, hint: str) -> list[str]:
 def _rows(result: Result, counterexample: Counterexample, style: Style) -> Iterator[_Row]:
     theirs = _Specification(counterexample)
     causes = counterexample.causes or (None,) * len(counterexample.trace)
-    beginning = "; ".join(_new_values(counterexample, None))
+    beginning = _beginning(counterexample)
     if beginning:
         yield _Row(who=harmless(beginning))
     for i, (event, cause) in enumerate(zip(counterexample.trace, causes, strict=True)):
@@ -143,23 +143,32 @@ class _Specification:
 
 
 def _actors(counterexample: Counterexample, position: int) -> str:
-    """Who of several components takes part in a step, with their own name of the event where it is another."""
+    """Who of several components takes part in a step, with their own name of the event where it is another, and what
+    the variables of classes are afterwards where the step has changed them.
+    """
     shown = {counterexample.trace[position]}
     if counterexample.causes and (cause := counterexample.causes[position]) is not None:
         shown.add(cause)
-    parts = [(component.name, component.trace[position]) for component in counterexample.components]
-    told = [names(counterexample, [(name, own) for name, own in parts if own is not None], shown)]
-    return "; ".join([text for text in (*told, *_new_values(counterexample, position)) if text])
+    told, any_values = [], False
+    for component in counterexample.components:
+        own = component.trace[position]
+        who = "" if own is None else names(counterexample, [(component.name, own)], shown)
+        new = _values(component.changes[position]) if component.changes else ""
+        any_values |= bool(new)
+        told.append(f"{who or component.name}: {new}" if new and len(counterexample.components) > 1 else who or new)
+    return ("; " if any_values else ", ").join([text for text in told if text])
 
 
-def _new_values(counterexample: Counterexample, position: int | None) -> Iterator[str]:
-    """What the variables of classes are after a step, where they have changed in it; None: at the beginning."""
+def _beginning(counterexample: Counterexample) -> str:
+    """What the variables of classes are at the beginning."""
+    alone = len(counterexample.components) == 1
     classes = [component for component in counterexample.components if component.variables]
-    for component in classes:
-        new = component.variables if position is None else component.changes[position]
-        if new:
-            values = ", ".join(f"{name} = {value}" for name, value in new.items())
-            yield values if len(classes) == 1 else f"{component.name}: {values}"
+    texts = [(component.name, _values(component.variables)) for component in classes]
+    return "; ".join(text if alone else f"{name}: {text}" for name, text in texts)
+
+
+def _values(values: Mapping[str, str]) -> str:
+    return ", ".join(f"{name} = {value}" for name, value in values.items())
 
 
 def names(

@@ -177,8 +177,7 @@ def _steps(
         value = evaluator.value(field.expression, frame)
         return _output(value, field.span, _steps(evaluator, node, behind, frame, shared))
     assert pattern is not None
-    plain = field.restriction is None
-    if plain and part.is_last and is_irrefutable(evaluator, pattern):
+    if part.is_last and _takes_anything(evaluator, part):
         matcher, inside = compile_pattern(evaluator, pattern, frame, evaluated=True)
         rest = _steps(evaluator, node, behind, inside, shared)
         body = evaluator.process(node.body, inside) if shared is None else shared
@@ -187,7 +186,11 @@ def _steps(
     rest = _steps(evaluator, node, behind, inside, shared)
     span = field.span
 
+    everything = all(_takes_anything(evaluator, each) for each in parts)
+
     def read(env: Env, event: Any, branches: Branches) -> None:
+        if everything:
+            _check_few(_numbers(event), event, span)
         for found, extended in choose(env, event):
             rest(found, extended, branches)
             if len(branches) > MOST_BRANCHES:
@@ -231,24 +234,39 @@ def _whole_field(
     def whole(env: Env, event: Any, branches: Branches) -> None:
         if type(event) is not Dotted or event.complete:
             raise _no_field(event, span)
-        head = event.head
-        nested = event.fields and dots.is_incomplete(event.fields[-1])
         same = shared or not variable
-        single = len(event.fields) + 1 == head.arity
-        if not isinstance(head, ChannelHead) or nested or not (single or same) or head.declared.size is None:
+        single = len(event.fields) + 1 == event.head.arity
+        numbers = _numbers(event)
+        _check_few(numbers, event, span)
+        if numbers is None or not (single or same):
             general(env, event, branches)
-            return
-        numbers = head.channels.table.completions(head.declared, event.fields)
-        if len(numbers) > MOST_BRANCHES:
-            raise Failure(messages.too_many_completions(event, MOST_BRANCHES), is_limit=True).at(span)
-        if not same:
-            values = head.domains[-1].elements()
+        elif not same:
+            values = event.head.domains[-1].elements()
             branches.extend([(number, body((*env, value))) for number, value in zip(numbers, values, strict=True)])
         elif len(numbers):
             then = branches[0][1] if shared and branches else body(env)
             branches.extend([(number, then) for number in numbers])
 
     return whole
+
+
+def _takes_anything(evaluator: Evaluator, part: Part) -> bool:
+    """Whether a part is a ``?x`` or ``?_`` over all that can be there."""
+    return part.field.restriction is None and part.pattern is not None and is_irrefutable(evaluator, part.pattern)
+
+
+def _numbers(event: Any) -> range | None:
+    """The numbers of all events that start with *event*; None if they are not side by side."""
+    if type(event) is not Dotted or not isinstance(event.head, ChannelHead) or event.head.declared.size is None:
+        return None
+    if event.fields and dots.is_incomplete(event.fields[-1]):
+        return None
+    return event.head.channels.table.completions(event.head.declared, event.fields)
+
+
+def _check_few(numbers: range | None, event: Any, span: Span) -> None:
+    if numbers is not None and len(numbers) > MOST_BRANCHES:
+        raise Failure(messages.too_many_completions(event, MOST_BRANCHES), is_limit=True).at(span)
 
 
 def _missing(event: Dotted, last: bool, span: Span) -> list[tuple[Any, ...]]:

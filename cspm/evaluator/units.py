@@ -310,7 +310,8 @@ def named_routine(
 ) -> Routine:
     """The routine of a plain name."""
     sort = evaluator.sorts.of_name(symbol)
-    return Routine(evaluator, prefix + symbol.name, definition.span, frame, (), [((), definition.body)], sort)
+    name = prefix + symbol.name if definition.called is None else definition.called
+    return Routine(evaluator, name, definition.span, frame, (), [((), definition.body)], sort)
 
 
 def bind(evaluator: Evaluator, pattern: syntax.Pattern, value: Any, frame: Frame, things: dict[Symbol, Any]) -> None:

@@ -372,10 +372,15 @@ class FunctionDefinition(Declaration):
 
 @dataclass(frozen=True, kw_only=True)
 class PatternDefinition(Declaration):
-    """``p = e``; ``P = e`` is this with a ``NamePattern``."""
+    """``p = e``; ``P = e`` is this with a ``NamePattern``.
+
+    ``called`` is what the value is called where people see it, if that is not the name: a definition that a construct
+    stands for has a name that nobody wrote.
+    """
 
     pattern: Pattern
     body: Expr
+    called: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -123,7 +123,8 @@ class TestLimits:
         outcome = checker(states=20).check_property(self.cube, "deadlock free")
         assert outcome.verdict is Verdict.UNKNOWN
         assert outcome.reason == (
-            "state limit of 20 reached: 10 states explored to depth 2, no deadlock or divergence among them"
+            "state limit of 20 (`--max-states`) reached: 10 states explored to depth 2, "
+            "no deadlock or divergence among them"
         )
         assert (outcome.states, outcome.transitions) == (10, 30)
 
@@ -132,13 +133,16 @@ class TestLimits:
         assert outcome.verdict is Verdict.UNKNOWN
         assert outcome.reason == (
             "more than 100 states: `Counter` is called with 100 different arguments: "
-            "`Counter(0)`, `Counter(1)`, `Counter(2)`, ..."
+            "`Counter(0)`, `Counter(1)`, `Counter(2)`, ...; `--max-states` raises the limit"
         )
 
     def test_states_of_the_specification(self) -> None:
         outcome = checker(states=20).check_refinement(hidden(self.cube, a, b, c), "T", STOP)
         assert outcome.verdict is Verdict.UNKNOWN
-        assert outcome.reason == "state limit of 20 reached in the specification: not even depth 0 was completed"
+        assert (
+            outcome.reason
+            == "state limit of 20 (`--max-states`) reached in the specification: not even depth 0 was completed"
+        )
 
     def test_a_specification_need_not_be_explored_where_the_implementation_does_not_go(self) -> None:
         assert checker(states=20).check_refinement(self.cube, "T", STOP).verdict is Verdict.PASS
@@ -146,23 +150,29 @@ class TestLimits:
     def test_states_of_the_implementation(self) -> None:
         outcome = checker(states=20).check_refinement(Run(events(a, b, c)), "T", self.cube)
         assert outcome.verdict is Verdict.UNKNOWN
-        assert outcome.reason == "state limit of 20 reached: 10 states explored to depth 2, no violation among them"
+        assert (
+            outcome.reason
+            == "state limit of 20 (`--max-states`) reached: 10 states explored to depth 2, no violation among them"
+        )
 
     def test_a_single_state_is_one_state(self) -> None:
         outcome = checker(states=4).check_property(self.cube, "divergence free")
-        assert outcome.reason == "state limit of 4 reached: 1 state explored to depth 0, no divergence among them"
+        assert (
+            outcome.reason
+            == "state limit of 4 (`--max-states`) reached: 1 state explored to depth 0, no divergence among them"
+        )
 
     def test_time(self) -> None:
         outcome = checker(seconds=0.0).check_property(self.cube, "deadlock free")
         assert outcome.verdict is Verdict.UNKNOWN
         assert outcome.reason is not None
-        assert outcome.reason.startswith("time limit of 0 s reached")
+        assert outcome.reason.startswith("time limit of 0 s (`--timeout`) reached")
 
     def test_memory(self) -> None:
         outcome = checker(memory_bytes=1).check_property(self.cube, "deadlock free")
         assert outcome.verdict is Verdict.UNKNOWN
         assert outcome.reason is not None
-        assert outcome.reason.startswith("memory limit of 1 bytes reached")
+        assert outcome.reason.startswith("memory limit of 1 bytes (`--max-memory`) reached")
 
     @pytest.mark.parametrize("states", [12, 30, 60])
     def test_what_was_found_in_time_stands(self, states: int) -> None:
@@ -185,7 +195,7 @@ class TestLimits:
             outcome = checker(states=40).check_property(self.cube, "deterministic", model)
             assert outcome.verdict is Verdict.UNKNOWN
             assert outcome.reason == (
-                f"state limit of 40 reached: 20 states explored to depth 3, no {nothing} among them"
+                f"state limit of 40 (`--max-states`) reached: 20 states explored to depth 3, no {nothing} among them"
             )
 
     @settings(max_examples=20, deadline=None)

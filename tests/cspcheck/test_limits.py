@@ -71,7 +71,7 @@ def test_the_time_limit_holds(busy: str) -> None:
 
     assert result.verdict == "unknown"
     assert result.reason is not None
-    assert result.reason.startswith("time limit of 0.5 s reached while ")
+    assert result.reason.startswith("time limit of 0.5 s (`--timeout`) reached while ")
     # On a busy machine the time may be over before the work that is meant has begun.
     early = ("building the machine of the process", "looking at the beginning of the process")
     assert any(words in result.reason for words in (said, *early))

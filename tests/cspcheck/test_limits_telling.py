@@ -70,11 +70,12 @@ def test_a_time_that_is_over_while_explaining(
     monkeypatch.chdir(tmp_path)
 
     assert run(["s.csp", "--timeout", "0.5s"]) == 1
-    lines = [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
+    out = capsys.readouterr().out
+    lines = [" ".join(line.split()) for line in out.splitlines()]
     assert [line[:1] for line in lines if " :[" in line or "[T=" in line] == ["✗", "✓", "✓"]
     assert "`P` deadlocks after 2 events: nothing can happen, and it has not terminated." in lines
-    said = "the failure was not explained to its end: time limit of 0.5 s reached"
-    assert any(said in line for line in lines)
+    said = "the failure was not explained to its end: time limit of 0.5 s (`--timeout`) reached"
+    assert said in " ".join(out.split())
 
 
 def test_what_is_sure_of_one_assertion_is_not_of_the_next(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,6 +15,7 @@ from cspcheck.cspm.oz.processes.alphabets import Alphabets
 from cspcheck.cspm.oz.processes.context import ClassContext
 from cspcheck.cspm.oz.processes.desugaring import desugared
 from cspcheck.cspm.oz.typing.elaboration import elaborate
+from cspcheck.cspm.oz.values.readings import written
 from cspcheck.cspm.recursion import deep_recursion
 from cspcheck.cspm.syntax import tree as syntax
 
@@ -38,6 +39,10 @@ class Classes:
     def has_left(self) -> bool:
         """Whether some class has met something outside the finite readings."""
         return self.context.has_left
+
+    def chosen(self, readings: Sequence[str]) -> bool:
+        """Whether one of some readings is none of the script: a value of a constant that its axioms leave open."""
+        return not set(readings) <= {written(reading) for reading in self.context.specification.readings}
 
     def readings(self, names: Names, operands: Sequence[syntax.Expr]) -> tuple[str, ...]:
         """The finite readings that the classes behind some expressions follow, as the script writes them."""

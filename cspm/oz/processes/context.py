@@ -24,6 +24,8 @@ class ClassContext:
         angelic: whether the environment chooses outputs.
         models: classes by name, instances of generic ones included.
         visible: for each class the member that is its process with the methods visible.
+        declared: what the CSPm part of the script declares.
+        unshared: a class and a channel of it that is another than that of this name in other classes.
     """
 
     specification: core.Specification
@@ -31,6 +33,8 @@ class ClassContext:
     angelic: bool = False
     models: dict[str, core.ClassModel] = field(default_factory=dict)
     visible: dict[str, str] = field(default_factory=dict)
+    declared: frozenset[str] = frozenset()
+    unshared: frozenset[tuple[str, str]] = frozenset()
     parts: dict[str | None, DataPart] = field(default_factory=dict)
     """The data parts of the classes whose processes have been evaluated."""
     _evaluators: dict[str | None, Evaluator] = field(default_factory=dict)

@@ -39,6 +39,8 @@ from cspcheck.cspm.syntax.tree import Declaration, Expr, Name
 
 WIDE = "%"
 """Behind the name of a given set without a reading: the datatype that its elements would be of."""
+OBJECTS = "%objects"
+"""Behind the name of a class: the datatype that its objects are of."""
 DONE = "(done)"
 """The private event by which the data part of a class agrees to terminate."""
 
@@ -59,10 +61,17 @@ class _Desugaring:
         self.context = context
         self.specification = elaborated.specification
         self.declared = dict(_declared_names(tree.declarations))
+        context.declared = frozenset(self.declared)
         self.models = dict(self.specification.classes)
         self.fields = kept_fields(tree, list(self.models.values()), control=context.control)
         self.mistakes: list[Diagnostic] = []
         self.sharing = self._sharing()
+        context.unshared = frozenset(
+            (model.name, channel.name)
+            for model in self.models.values()
+            for channel in model.channels.values()
+            if channel.kind == "chan" and not self._is_shared(model, channel)
+        )
         self.parameters = {name for model in self.models.values() for name in model.generics}
         """What generic parameters are called: given sets that no paragraph gives."""
 
@@ -138,12 +147,13 @@ class _Desugaring:
         carrier = whole(core.GivenType(name))
         readings = self.context.evaluator(None).readings
         reading = readings.of(carrier)
-        if "." in name or (name in self.parameters and name in self.declared):
+        shared = name in self.specification.classes  # the name of a process, too
+        if "." in name or shared or (name in self.parameters and name in self.declared):
             public = False
         else:
             public = self._claim(name, "a given set", span)
         if reading is None or reading.bound is None:
-            yield syntax.DatatypeDeclaration(span=span, name=name + WIDE, constructors=())
+            yield syntax.DatatypeDeclaration(span=span, name=name + (OBJECTS if shared else WIDE), constructors=())
             if public:
                 yield _value(name, span, self._set([carrier], None, span))
             return
@@ -151,7 +161,7 @@ class _Desugaring:
         for element in elements:
             self._claim(element, f"an element of the given set `{name}`", reading.span)
         constructors = tuple([syntax.Constructor(span=reading.span, name=element) for element in elements])
-        yield syntax.DatatypeDeclaration(span=span, name=name, constructors=constructors)
+        yield syntax.DatatypeDeclaration(span=span, name=name + OBJECTS * shared, constructors=constructors)
 
     def _free(self, definition: core.FreeDefinition) -> Declaration:
         constructors = []
@@ -197,6 +207,9 @@ class _Desugaring:
         if name in self.specification.frees:
             return name
         reading = self.context.evaluator(None).readings.of(whole(core.GivenType(name)))
+        shared = name in self.specification.classes
+        if shared:
+            return name + OBJECTS
         return name + WIDE if reading is None or reading.bound is None else name
 
     # --- channels ------------------------------------------------------------------------------------------------
@@ -295,7 +308,7 @@ class _Desugaring:
         hidden = [Name(span=span, parts=(c.name,)) for c in local]
         taken = {member for declaration in (*private, *exported) for member in _defined(declaration)}
         member = self.context.visible[name] = _unused("visible", taken)
-        exported.append(_value(member, span, _hiding(visible, hidden, span)))
+        exported.append(_value(member, span, _hiding(visible, hidden, span), called=name))
         module = ClassModule(span=span, name=name, parameters=(), private=tuple(private), exported=tuple(exported))
         members = [Name(span=span, parts=(name, c.name)) for c in methods]
         process = _value(name, span, _hiding(Name(span=span, parts=(name, member)), members, span))
@@ -326,8 +339,9 @@ def _hiding(process: Expr, channels: Sequence[Name], span: Span) -> Expr:
     return syntax.Hide(span=span, process=process, events=events)
 
 
-def _value(name: str, span: Span, body: Expr) -> Declaration:
-    return syntax.PatternDefinition(span=span, pattern=syntax.NamePattern(span=span, parts=(name,)), body=body)
+def _value(name: str, span: Span, body: Expr, *, called: str | None = None) -> Declaration:
+    pattern = syntax.NamePattern(span=span, parts=(name,))
+    return syntax.PatternDefinition(span=span, pattern=pattern, body=body, called=called)
 
 
 def _dotted(fields: Sequence[Expr]) -> Expr | None:
@@ -389,3 +403,8 @@ def _names_of(declaration: Declaration) -> Iterator[tuple[str, Span]]:
 
 
 __all__ = ["Fields", "desugared", "names_in"]
+
+
+def given_name(datatype: str) -> str:
+    """The given or free type whose datatype has a name."""
+    return datatype.removesuffix(OBJECTS).removesuffix(WIDE)

@@ -44,8 +44,9 @@ def undefined(what: str, span: Span | None) -> Diagnostic:
     "a wide type without a finite reading",
     explanation="""
 A search takes values one by one, so what it has to choose from must be finite. Nothing here bounds the variable: its
-type is infinite, no equation gives its value, and no inequalities enclose it. Say which values the search takes with
-a `reading`; what is proved with `prove` is still about the real type. Results say which readings were used.
+type is infinite, no equation gives its value, and no inequalities enclose it. Deadlock freedom and refinement are tried
+to be proved for all values then; what is not decided so needs a `reading`, which says what values the search takes.
+What is proved is about the real type all the same. Results say which readings were used.
 """,
     example="""
 class C
@@ -54,7 +55,7 @@ class C
   init n = 0
   op com_put Delta(n) v? : nat where n' = v?
 end
-assert C :[deadlock free]
+assert C :[deterministic]
 """,
     repair="""
 reading nat = 0..3
@@ -64,7 +65,7 @@ class C
   init n = 0
   op com_put Delta(n) v? : nat where n' = v?
 end
-assert C :[deadlock free]
+assert C :[deterministic]
 """,
 )
 def no_finite_reading(variable: str | None, carrier: str, suggestion: str, span: Span | None) -> Diagnostic:
@@ -93,7 +94,7 @@ class C
   init s = {}
   op com_put Delta(s) v? : power (0..40) where s' = v?
 end
-assert C :[deadlock free]
+assert C :[deterministic]
 """,
     repair="""
 class C

@@ -351,7 +351,7 @@ def test_sequences_that_are_defined_by_themselves() -> None:
         ("(\\ <x> @ x)(<1, 2>)", "no clause of `(\\ <x> @ ...)` matches `(<1, 2>)`"),
         ("let (1, x) = (2, 3) within x", "`(2, 3)` does not match the pattern `(1, x)`"),
         ('error("no "^show({1}))', "the script says: no {1}"),
-        ("card(union({0..}, { -1}))", "the set `union({0..}, { -1})` is infinite"),
+        ("card(union({0..}, { -5}))", "the set `union({ -5}, {0..})` is infinite"),
     ],
 )
 def test_messages_say_what_the_values_were(text: str, message: str) -> None:
