@@ -395,8 +395,10 @@ class Checker:
         try:
             return self._in_words(check(self._context(budget)))
         except OSError as error:
-            if self._sure.outcome is None or not isinstance(self._machines.beyond, Spill) or not is_full(error):
+            if not isinstance(self._machines.beyond, Spill) or not is_full(error):
                 raise
+            if self._sure.outcome is None:
+                return budget.outcome(Verdict.UNKNOWN, NO_ROOM, 0, 0)
             return _untold(self._in_words(self._sure.outcome), NO_ROOM)
         except Incomplete as incomplete:
             if self._sure.outcome is not None:

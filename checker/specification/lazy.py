@@ -109,13 +109,18 @@ class LazySpecification:
         """The minimal acceptances of *node* as event identifiers; for a divergent node none."""
         if self._model == "T":
             return ((),)
-        return minimal(tuple(sorted(acceptance)) for acceptance in self._offers(node))
+        offers = self._offers(node)
+        # Identifiers can be any numbers up to 2 ** 63; their places in their order will do.
+        events = sorted({event for acceptance in offers for event in acceptance})
+        column = {event: place for place, event in enumerate(events)}
+        found = minimal(tuple(sorted(column[event] for event in acceptance)) for acceptance in offers)
+        return tuple(tuple(events[place] for place in acceptance) for acceptance in found)
 
     def _rows_of(self, node: int) -> list[Row]:
         members = self._members[node]
         return [] if members is None else [self._row(state) for state in members]
 
-    def _offers(self, node: int) -> Iterable[frozenset[int]]:
+    def _offers(self, node: int) -> set[frozenset[int]]:
         offers = (offer(row) for row in self._rows_of(node))
         return {acceptance for acceptance in offers if acceptance is not None}
 

@@ -157,8 +157,14 @@ class Data:
         """The type of all values of a given or free type.
 
         Raises:
-            ScriptError: they cannot be listed: a given type without a finite reading.
+            ScriptError: they cannot be listed: a given type without a finite reading, or the objects of a class.
         """
+        context = context_of(self.script)
+        if context is not None and name in context.specification.classes:
+            what = f"a class that has objects of `{name}` as values"
+            raise ScriptError(
+                messages.not_generated(what, span, f"let it be `x : {name}`, or a family `f : X -> {name}`")
+            )
         if name not in self.script.names.top_level or not self.value_of(name).is_finite():
             what = f"the given type `{name}` without a finite reading"
             raise ScriptError(messages.not_generated(what, span, f"say how many there are: `reading {name} = 3`"))

@@ -116,11 +116,21 @@ def test_a_print_line_with_a_mistake_is_left_out() -> None:  # the row of the `p
     assert all(script.check())
 
 
+def test_a_specification_without_end_is_followed() -> None:
+    text = "channel a, b\nCount(n) = a -> Count(n + 1) [] n > 0 & b -> Count(n - 1)\n"
+    good, bad = cspcheck.loads(
+        text + "assert Count(0) [T= a -> b -> STOP\nassert Count(0) [FD= a -> b -> b -> STOP"
+    ).check()
+    assert good
+    assert not bad
+
+
 def test_every_row_of_the_page_is_held_here() -> None:
     rows = PAGE.read_text(encoding="utf-8").partition("## Differences that stay")[2].split("\n\n")[1].splitlines()[2:]
     here = Path(__file__).read_text(encoding="utf-8")
     needles = ["deadlock free", "deterministic", "Seq({})", "inter(", "<= {0..}", "has trace", "circle", "<-1"]
     needles += ["1 == 1", "[V=", "normalise", "partial order", "deadlock free [T]", "matches no event", "`print` line"]
+    needles += ["without end"]
     assert len(rows) == len(needles)
     for row, needle in zip(rows, needles, strict=True):
         assert needle in row

@@ -39,6 +39,8 @@ from cspcheck.cspm.syntax.tree import Declaration, Expr, Name
 
 WIDE = "%"
 """Behind the name of a given set without a reading: the datatype that its elements would be of."""
+OBJECTS = "%objects"
+"""Behind the name of a class: the datatype that its objects are of."""
 DONE = "(done)"
 """The private event by which the data part of a class agrees to terminate."""
 
@@ -145,12 +147,13 @@ class _Desugaring:
         carrier = whole(core.GivenType(name))
         readings = self.context.evaluator(None).readings
         reading = readings.of(carrier)
-        if "." in name or (name in self.parameters and name in self.declared):
+        shared = name in self.specification.classes  # the name of a process, too
+        if "." in name or shared or (name in self.parameters and name in self.declared):
             public = False
         else:
             public = self._claim(name, "a given set", span)
         if reading is None or reading.bound is None:
-            yield syntax.DatatypeDeclaration(span=span, name=name + WIDE, constructors=())
+            yield syntax.DatatypeDeclaration(span=span, name=name + (OBJECTS if shared else WIDE), constructors=())
             if public:
                 yield _value(name, span, self._set([carrier], None, span))
             return
@@ -158,7 +161,7 @@ class _Desugaring:
         for element in elements:
             self._claim(element, f"an element of the given set `{name}`", reading.span)
         constructors = tuple([syntax.Constructor(span=reading.span, name=element) for element in elements])
-        yield syntax.DatatypeDeclaration(span=span, name=name, constructors=constructors)
+        yield syntax.DatatypeDeclaration(span=span, name=name + OBJECTS * shared, constructors=constructors)
 
     def _free(self, definition: core.FreeDefinition) -> Declaration:
         constructors = []
@@ -204,6 +207,9 @@ class _Desugaring:
         if name in self.specification.frees:
             return name
         reading = self.context.evaluator(None).readings.of(whole(core.GivenType(name)))
+        shared = name in self.specification.classes
+        if shared:
+            return name + OBJECTS
         return name + WIDE if reading is None or reading.bound is None else name
 
     # --- channels ------------------------------------------------------------------------------------------------
@@ -397,3 +403,8 @@ def _names_of(declaration: Declaration) -> Iterator[tuple[str, Span]]:
 
 
 __all__ = ["Fields", "desugared", "names_in"]
+
+
+def given_name(datatype: str) -> str:
+    """The given or free type whose datatype has a name."""
+    return datatype.removesuffix(OBJECTS).removesuffix(WIDE)

@@ -15,7 +15,7 @@ from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.naming.symbols import Names, Symbol
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.processes.alphabets import Alphabets
-from cspcheck.cspm.oz.processes.desugaring import WIDE
+from cspcheck.cspm.oz.processes.desugaring import given_name
 from cspcheck.cspm.oz.processes.meaning import DataPart
 from cspcheck.cspm.oz.processes.nodes import CarrierSet, ClassProcess, ConstantValue, Foreign
 from cspcheck.cspm.oz.values.carriers import TooLarge, Unbounded
@@ -37,7 +37,7 @@ from cspcheck.cspm.values.thunks import Code, Env
 def _conversion(evaluator: Evaluator, node: Foreign, frame: Frame) -> Conversion:
     """Conversion of the values of the types that *node* knows."""
     names = evaluator.names
-    symbols = {names.symbol(name).name.removesuffix(WIDE): names.symbol(name) for name in node.datatypes}
+    symbols = {given_name(names.symbol(name).name): names.symbol(name) for name in node.datatypes}
 
     def heads(datatype: str) -> list[Head]:
         declaration = symbols[datatype].declaration

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from cspcheck.cspm.naming.symbols import Symbol
 from cspcheck.cspm.oz import core
-from cspcheck.cspm.oz.processes.desugaring import WIDE
+from cspcheck.cspm.oz.processes.desugaring import given_name
 from cspcheck.cspm.oz.processes.nodes import CarrierSet, ClassProcess, ConstantValue, Foreign
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.typing.types import BOOL, INT, PROC, REAL, MapOf, SequenceOf, SetOf, TupleOf, Type
@@ -19,9 +19,7 @@ if TYPE_CHECKING:
 def foreign_type(context: Context, node: syntax.Foreign) -> Type:
     """The type of an expression that the Object-Z part brings."""
     assert isinstance(node, Foreign)
-    datatypes = {
-        context.names.symbol(name).name.removesuffix(WIDE): context.names.symbol(name) for name in node.datatypes
-    }
+    datatypes = {given_name(context.names.symbol(name).name): context.names.symbol(name) for name in node.datatypes}
     match node:
         case CarrierSet():
             return SetOf(_type(context, node.element, datatypes))

@@ -15,10 +15,11 @@ from cspcheck.cspm.diagnostics import Diagnostic, DiagnosticSink
 from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
 from cspcheck.cspm.oz.typing.equations import check_equations, renamed_equations
+from cspcheck.cspm.oz.typing.identities import POOL, valued
 from cspcheck.cspm.oz.typing.objects import Flattened, ObjectClass, Objects
 from cspcheck.cspm.oz.typing.operation_calculus import Box, Surroundings, joined_sets
 from cspcheck.cspm.oz.typing.operations import PREFIXES, Boxes, inherited_operations
-from cspcheck.cspm.oz.typing.paragraphs import Paragraphs
+from cspcheck.cspm.oz.typing.paragraphs import Paragraphs, names_of
 from cspcheck.cspm.oz.typing.scopes import (
     ClassEntry,
     ConstructorEntry,
@@ -162,6 +163,8 @@ class _Builder:
         self.boxes: dict[str, Box] = {}
         """The schemas of parents, by the names of their operations."""
         self.objects: dict[str, ObjectEntry] = {}
+        values = valued(tree, frozenset(classes.trees))
+        self.flattening = Objects(classes.typing, self.scope, tree.name, self._object_class, values, report)
 
     def build(self) -> _Built:
         tree = self.tree
@@ -266,12 +269,18 @@ class _Builder:
             {name: _place(entry) or self.tree.span for name, (entry, _) in self.types.items()}
         ]
         tables += [{d.name: d.span for d in t.values()} for t in (self.constants, self.primary, self.secondary)]
+        tables.append({o.name: o.span for o in self.tree.operations} if self._is_plain else {})
+        tables.append({self.tree.name: self.tree.span})
         seen: dict[str, Span] = {}
         for table in tables:
             for name, span in table.items():
                 first = seen.setdefault(name, span)
                 if first != span:
                     self.report(type_messages.declared_twice(name, first, span))
+
+    @property
+    def _is_plain(self) -> bool:
+        return all(channel.kind == "operation" for channel in self.channels.values())
 
     def _aligned(self, operations: Mapping[str, core.Operation]) -> dict[str, core.Operation]:
         """Operations with their parameters called as the channels of this class call them."""
@@ -332,7 +341,7 @@ class _Builder:
         inner = self.classes.paragraphs.inside(self.scope)
         inner.elaborate(self.tree.paragraphs)
         for paragraph in self.tree.paragraphs:
-            for name in _type_names(paragraph):
+            for name, _ in names_of(paragraph):
                 entry = self.scope.own(name)
                 if isinstance(entry, SetEntry | GenericEntry | ConstructorEntry):
                     self._adopt(name, entry, self.tree.name)
@@ -401,7 +410,7 @@ class _Builder:
 
     def _plain_operations(self) -> None:
         """The interface of a class of plain Object-Z, without channels: its visible operations."""
-        if any(channel.kind != "operation" for channel in self.channels.values()):
+        if not self._is_plain:
             return
         visible = None if self.tree.visibility is None else {name.name for name in self.tree.visibility}
         own = {o.name: o.span for o in self.tree.operations if not o.name.startswith(PREFIXES)}
@@ -418,14 +427,16 @@ class _Builder:
 
     def _state(self) -> None:
         tree, paragraphs = self.tree, self.classes.paragraphs
-        if tree.state is not None:
-            values, declared_objects = self._objects().split(tree.state.primary)
+        state = tree.state or s.State(span=tree.span, primary=())
+        values, declared_objects = self.flattening.split(state.primary)
+        flattened = self.flattening.flattened(declared_objects)
+        self.flattening.pools(state.span, self.objects, flattened)
+        if tree.state is not None or flattened.objects:
             own = {d.name: d for d in paragraphs.declared(values, self.scope)}
-            flattened = self._objects().flattened(declared_objects)
             own |= {d.name: d for d in flattened.primary}
             self._take_objects(flattened)
-            included = list(paragraphs.included((*values, *tree.state.secondary), self.scope))
-            derived = {d.name: d for d in paragraphs.declared(tree.state.secondary, self.scope)}
+            included = list(paragraphs.included((*values, *state.secondary), self.scope))
+            derived = {d.name: d for d in paragraphs.declared(state.secondary, self.scope)}
             derived |= {d.name: d for d in flattened.secondary}
             for name, declared in derived.items():
                 if name in own:
@@ -453,18 +464,14 @@ class _Builder:
             entry = StateEntry(declared.name, declared.type, secondary, declared.span)
             self.scope.add(declared.name, entry)
         for name, object_ in self.objects.items():
-            self.scope.add(name, object_)
+            self.scope.add(POOL + name if object_.pool else name, object_)
         if tree.state is not None:
             states = self.primary | self.secondary
             self._extend(self.invariant, [_of_states(predicate, states) for predicate in included])
-            self._extend(self.invariant, paragraphs.predicates(tree.state.predicates, self.scope, "invariant"))
+            self._extend(self.invariant, paragraphs.predicates(state.predicates, self.scope, "invariant"))
         if tree.initial is not None:
             self.initial = self.initial or []
             self._extend(self.initial, paragraphs.predicates(tree.initial.predicates, self.scope, "initial"))
-
-    def _objects(self) -> Objects:
-        typing = self.classes.typing
-        return Objects(typing, self.scope, self.tree.name, self._object_class, self.report)
 
     def _object_class(self, reference: s.Reference) -> ObjectClass:
         """The class of an attribute.
@@ -587,14 +594,3 @@ def _same_definition(first: Definition, other: Definition) -> bool:
 
 def _place(entry: Definition) -> Span | None:
     return entry.abbreviation.span if isinstance(entry, GenericEntry) else entry.span
-
-
-def _type_names(paragraph: s.Paragraph) -> list[str]:
-    match paragraph:
-        case s.GivenTypes():
-            return [name.name for name in paragraph.names]
-        case s.FreeType():
-            return [paragraph.name, *[branch.name for branch in paragraph.branches]]
-        case s.Abbreviation() | s.Schema():
-            return [paragraph.name]
-    return []

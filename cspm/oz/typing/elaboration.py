@@ -15,6 +15,7 @@ from cspcheck.cspm.oz.typing import messages as messages, type_messages
 from cspcheck.cspm.oz.typing.classes import Classes
 from cspcheck.cspm.oz.typing.fitting import Misfit, fit
 from cspcheck.cspm.oz.typing.forms import sets_of_one_range
+from cspcheck.cspm.oz.typing.identities import identities
 from cspcheck.cspm.oz.typing.interfaces import compare_interfaces, settled
 from cspcheck.cspm.oz.typing.paragraphs import Paragraphs
 from cspcheck.cspm.oz.typing.scopes import AmbiguousEntry, ClassEntry, Scope, SetEntry, VariableEntry, toolkit
@@ -86,11 +87,12 @@ class _Elaboration:
         trees = [d for d in self.declarations if isinstance(d, s.Class)]
         for tree in trees:
             paragraphs.claim(tree.name, tree.span)
-            self.scope.add(tree.name, ClassEntry(tree.name, tree.span))
+            self.scope.add(tree.name, ClassEntry(tree.name, tree.span, identities(tree, {t.name: t for t in trees})))
         paragraphs.script_values(self.declarations)
         paragraphs.elaborate([d for d in self.declarations if isinstance(d, s.Paragraph)])
         classes = Classes(trees, self.typing, self.scope, paragraphs, self.report)
         models = classes.all()
+        paragraphs.givens.update(self.typing.identified)
         outside = [d for d in self.declarations if not isinstance(d, s.Paragraph)]
         compare_interfaces(models, outside, classes.unclear, self.report)
         models = settled(models)

@@ -498,6 +498,12 @@ def distribution_not_known(span: Span) -> Diagnostic:
     )
 
 
+def changed_twice(name: str, span: Span) -> Diagnostic:
+    """Objects of one family that two operations change, one of which says already what stays."""
+    help_ = "let the choice or the sequence be the outermost operator: `(A and C) [] (B and C)` for `(A [] B) and C`"
+    return Diagnostic("CSP659", f"both operands change `{name}`, one of them in a choice or sequence", span, help=help_)
+
+
 def unknown_operation(name: str, span: Span, suggested: Sequence[str]) -> Diagnostic:
     """A name in an operation expression that is no operation of the class."""
     return Diagnostic("CSP644", f"`{name}` is no operation of the class", span, help=_meant(suggested))

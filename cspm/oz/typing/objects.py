@@ -2,7 +2,12 @@
 
 ``a : Account`` declares ``a.balance`` and what else an account has, with the account's invariant; ``f : X -> Account``,
 a family of objects over given identities, declares functions from X. Each name is an object of its own, which it names
-for ever. What would need a heap (objects that are created, shared or exchanged) is refused.
+for ever.
+
+Where a class uses objects as values (``s : power Account``, ``a? : Account``, ``a' = b``), they are identities, of
+a given set with the name of the class, and the state has a *pool*: the family ``Account.balance : Account -> int`` of
+all there are. It is one for all that the class is made of, so that objects can be shared and exchanged. Objects within
+themselves are refused.
 """
 
 from __future__ import annotations
@@ -14,7 +19,7 @@ from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.core import BOOL, Apply, Declared, FunctionType, SetType, Term, Variable
 from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
-from cspcheck.cspm.oz.typing.operation_calculus import Box, Calculus
+from cspcheck.cspm.oz.typing.operation_calculus import Box, Calculus, Place, changed, closed
 from cspcheck.cspm.oz.typing.schemas import maximal
 from cspcheck.cspm.oz.typing.scopes import ClassEntry, FailedEntry, ObjectEntry, Scope
 from cspcheck.cspm.oz.typing.typing import Typing
@@ -34,6 +39,15 @@ class ObjectClass:
     model: core.ClassModel
     boxes: Mapping[str, Box]
     objects: Mapping[str, ObjectEntry]
+
+    @property
+    def pools(self) -> tuple[str, ...]:
+        """The classes whose objects are values in it."""
+        return tuple([name for name, entry in self.objects.items() if entry.pool])
+
+    def owns(self, name: str) -> bool:
+        """Whether a variable or constant is its own, not one of a pool, which all that a class is made of share."""
+        return not any(name.startswith(f"{pool}.") for pool in self.pools)
 
 
 @dataclass
@@ -55,6 +69,7 @@ class Objects:
         typing, scope: by which the identities of families are read.
         owner: the class.
         made: the class that a declaration names, with actual parameters.
+        values: the classes whose objects are values in the owner.
         report: told what is wrong or odd.
     """
 
@@ -64,12 +79,14 @@ class Objects:
         scope: Scope,
         owner: str,
         made: Callable[[s.Reference], ObjectClass],
+        values: frozenset[str],
         report: Callable[[Diagnostic], None],
     ) -> None:
         self._typing = typing
         self._scope = scope
         self._owner = owner
         self._made = made
+        self._values = values
         self._report = report
         self._fresh = 0
 
@@ -86,8 +103,27 @@ class Objects:
             found = self._class(carrier.operands[1])
             return None if found is None or found[1] is not None else (found[0], carrier.operands[0])
         if isinstance(carrier, s.Reference) and isinstance(self._scope.find(carrier.name), ClassEntry):
-            return carrier, None
+            return None if carrier.name in self._values else (carrier, None)
         return None
+
+    def pools(self, span: Span, known: Mapping[str, ObjectEntry], result: Flattened) -> None:
+        """The objects of all classes that are values here or in an object, beside those *known* already."""
+        owners = [made for entry in result.objects.values() if isinstance(made := entry.made, ObjectClass)]
+        waiting = sorted(self._values) + [name for made in owners for name in made.pools]
+        while waiting:
+            name = waiting.pop()
+            if name in known or name in result.objects:
+                continue
+            entry = self._scope.find(name)
+            if not isinstance(entry, ClassEntry) or entry.identities is None:
+                continue  # told where it is used
+            try:
+                made = self._made(s.Reference(span=span, name=name))
+            except Wrong as wrong:
+                self._report(wrong.diagnostic)
+                continue
+            waiting += made.pools
+            self._flatten(name, made, entry.identities, span, result, pool=True)
 
     def flattened(self, declarations: list[s.Declare]) -> Flattened:
         """What declarations of objects declare."""
@@ -111,7 +147,16 @@ class Objects:
                 self._flatten(name.name, made, identities, name.span, result)
         return result
 
-    def _flatten(self, path: str, made: ObjectClass, identities: Term | None, span: Span, result: Flattened) -> None:
+    def _flatten(
+        self,
+        path: str,
+        made: ObjectClass,
+        identities: Term | None,
+        span: Span,
+        result: Flattened,
+        *,
+        pool: bool = False,
+    ) -> None:
         model = made.model
         shared = shared_constants(model)
         binder = None
@@ -119,14 +164,16 @@ class Objects:
             self._fresh += 1
             binder = core.Binder(f"i%{self._owner}%{path}%{self._fresh}", element_of(identities), identities, "i")
         index = None if binder is None else Variable(type=binder.type, name=binder.name, role="bound", span=span)
-        change = qualified(path, model, index)
+        change = qualified(path, made, index)
+        common = {id(p) for entry in made.objects.values() if entry.pool for p in entry.said}
+        start = len(result.axioms), len(result.invariant)
         tables = (
             (model.primary, result.primary),
             (model.secondary, result.secondary),
             (model.constants, result.constants),
         )
         for declared_, target in tables:
-            for one in declared_:
+            for one in [d for d in declared_ if made.owns(d.name)]:
                 carrier = substituted(one.carrier, change)
                 alike = target is result.constants and one.name in shared
                 target.append(self._declared(path, one, carrier, None if alike else binder, span))
@@ -136,12 +183,15 @@ class Objects:
                     assert value is not None
                     said = Apply(type=BOOL, operator="in", operands=(value, carrier), span=span)
                     (result.axioms if role == "constant" else result.invariant).append(_for_all(said, binder))
-        said_of_each = [substituted(p, change) for p in model.axioms]
+        said_of_each = [substituted(p, change) for p in model.axioms if id(p) not in common]
         result.axioms += [p if binder is None or _free_of(p, binder) else _for_all(p, binder) for p in said_of_each]
-        result.invariant += [_for_all(substituted(p, change), binder) for p in model.invariant]
+        result.invariant += [_for_all(substituted(p, change), binder) for p in model.invariant if id(p) not in common]
         initial = tuple([substituted(p, change) for p in model.initial or ()])
-        result.objects[path] = ObjectEntry(path, model.name, binder, initial, made, span, shared)
+        all_said = (*result.axioms[start[0] :], *result.invariant[start[1] :]) if pool else ()
+        result.objects[path] = ObjectEntry(path, model.name, binder, initial, made, span, shared, pool, all_said)
         for name, inner in made.objects.items():
+            if inner.pool:
+                continue
             if binder is not None and inner.binder is not None:
                 raise Wrong(messages.objects_need_heap("a family in each object of a family", span))
             own = tuple([substituted(p, change) for p in inner.initial])
@@ -184,10 +234,11 @@ def _for_all(predicate: Term, binder: core.Binder | None) -> Term:
     )
 
 
-def qualified(path: str, model: core.ClassModel, index: Term | None) -> Change:
+def qualified(path: str, made: ObjectClass, index: Term | None) -> Change:
     """The replacement of the variables and constants of a class by those of one of its objects."""
-    names = {d.name for d in (*model.primary, *model.secondary)}
-    constants = {d.name for d in model.constants}
+    model = made.model
+    names = {d.name for d in (*model.primary, *model.secondary) if made.owns(d.name)}
+    constants = {d.name for d in model.constants if made.owns(d.name)}
     shared = shared_constants(model)
 
     def change(v: Variable) -> Term | None:
@@ -214,12 +265,22 @@ def promoted(entry: ObjectEntry, index: Term | None, name: str, calculus: Calcul
     if name not in visible:
         raise Wrong(messages.no_operation_of_object(name, made.model.name, span, suggestions(name, visible)))
     box = replace(made.boxes[name], name=name, span=span)
-    change = qualified(entry.name, made.model, index)
+    change = qualified(entry.name, made, index)
+
+    def called(name: str) -> str:
+        return f"{entry.name}.{name}" if made.owns(name) else name
+
+    delta = tuple([called(name) for name in box.delta])
+    framed = frozenset(map(called, box.framed))
     if index is None:
-        return _changed(box, change, tuple([f"{entry.name}.{n}" for n in box.delta]))
+        places = tuple([replace(p, name=called(p.name)) for p in changed(box, change).places])
+        return replace(changed(box, change), delta=delta, places=places, framed=framed)
+    if any(made.owns(place.name) for place in box.places):
+        box = closed(box)
     # Of a family, the functions change at one place.
-    members = {d.name: d for d in (*made.model.primary, *made.model.secondary)}
-    changing = [members[n] for n in (*box.delta, *[d.name for d in made.model.secondary])]
+    members = {d.name: d for d in (*made.model.primary, *made.model.secondary) if made.owns(d.name)}
+    changing = [members[n] for n in dict.fromkeys((*box.delta, *members)) if n in box.delta or _secondary(made, n)]
+    changing = [d for d in changing if made.owns(d.name)]
     binders = {d.name: calculus.bound(d.name, d.type, substituted(d.carrier, change)) for d in changing}
 
     def at_one_place(v: Variable) -> Term | None:
@@ -227,30 +288,28 @@ def promoted(entry: ObjectEntry, index: Term | None, name: str, calculus: Calcul
             return Variable(type=v.type, name=binders[v.name].name, role="bound", span=v.span)
         return change(replace(v, role="before") if v.role == "after" and v.name in members else v)
 
-    box = _changed(box, at_one_place, tuple([f"{entry.name}.{n}" for n in box.delta]))
+    box = replace(changed(box, at_one_place), delta=delta, framed=framed)
     predicates = list(box.predicates)
+    places = box.places
     bound = {b.name: b for b in binders.values()}
     for d in changing:
-        value, predicates = _determined(binders[d.name].name, predicates, frozenset(bound))
+        name_ = binders[d.name].name
+        value, predicates = _determined(name_, predicates, frozenset(bound))
         if value is None:
-            value = Variable(type=d.type, name=binders[d.name].name, role="bound", span=span)
+            value = Variable(type=d.type, name=name_, role="bound", span=span)
         else:
-            del bound[binders[d.name].name]
-        kind = FunctionType(index.type, d.type)
-        before, after = [
-            Variable(type=kind, name=f"{entry.name}.{d.name}", role=role, span=span) for role in ("before", "after")
-        ]
-        pair = Apply(type=core.TupleType((index.type, d.type)), operator="tuple", operands=(index, value), span=span)
-        one = Apply(type=kind, operator="function", operands=(pair,), span=span)
-        moved = Apply(type=kind, operator="override", operands=(before, one), span=span)
-        predicates.append(Apply(type=BOOL, operator="equal", operands=(after, moved), span=span))
-    body: Term = core.conjunction(tuple(predicates), span)
-    if bound:
-        true = core.Constant(type=BOOL, value=True)
-        body = core.Quantifier(
-            type=BOOL, kind="exists", binders=tuple(bound.values()), condition=true, body=body, span=span
-        )
-    return replace(box, predicates=(body,))
+            del bound[name_]
+            known = value
+            places = tuple(
+                [replace(p, index=_put(p.index, name_, known), value=_put(p.value, name_, known)) for p in places]
+            )
+        places = (*places, Place(f"{entry.name}.{d.name}", FunctionType(index.type, d.type), index, value))
+    values = (*bound.values(), *box.values)
+    return replace(box, predicates=tuple(predicates), places=places, values=values)
+
+
+def _secondary(made: ObjectClass, name: str) -> bool:
+    return any(d.name == name for d in made.model.secondary)
 
 
 def _determined(name: str, predicates: list[Term], bound: frozenset[str]) -> tuple[Term | None, list[Term]]:
@@ -273,14 +332,3 @@ def _equation(predicate: Term) -> Iterator[tuple[Term, Term]]:
         left, right = predicate.operands
         yield left, right
         yield right, left
-
-
-def _changed(box: Box, change: Change, delta: tuple[str, ...]) -> Box:
-    declared = [substituted(d, change) for d in box.declared]
-    return replace(
-        box,
-        delta=delta,
-        parameters=tuple([replace(p, carrier=substituted(p.carrier, change)) for p in box.parameters]),
-        declared=tuple([d for d in declared if isinstance(d, Apply)]),
-        predicates=tuple([substituted(p, change) for p in box.predicates]),
-    )

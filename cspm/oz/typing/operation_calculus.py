@@ -30,11 +30,23 @@ Key = tuple[str, core.ParameterKind]
 
 
 @dataclass(frozen=True)
+class Place:
+    """That an operation changes one object of a family: *name* has *value* at *index* after it."""
+
+    name: str
+    type: core.FunctionType
+    index: Term
+    value: Term
+
+
+@dataclass(frozen=True)
 class Box:
     """A schema by itself: what it may change, its parameters, its predicates.
 
     ``declared`` are the predicates that its declarations are: each parameter is in the set that it is declared with.
-    They are kept apart from the others because most only repeat what the channel says.
+    They are kept apart from the others because most only repeat what the channel says. Operations of objects of one
+    family change it at ``places``, those of all operands together; what is elsewhere stays. ``values`` are the
+    variables in them that the predicates leave open. Of the families in ``framed`` is said already which objects stay.
     """
 
     name: str
@@ -43,6 +55,9 @@ class Box:
     declared: tuple[Apply, ...]
     predicates: tuple[Term, ...]
     span: Span
+    places: tuple[Place, ...] = ()
+    values: tuple[core.Binder, ...] = ()
+    framed: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -137,6 +152,13 @@ class Calculus:
         """
         delta = tuple(dict.fromkeys((*left.delta, *right.delta)))
         hidden: list[core.Binder] = []
+        if name == "and":
+            right = self._apart(left, right)
+            twice = (left.framed & set(right.delta)) | (right.framed & set(left.delta))
+            if twice:
+                raise Wrong(messages.changed_twice(sorted(twice)[0], span))
+        else:
+            left, right = closed(left), closed(right)
         if name == "compose":
             left, right, hidden = self._identified(left, right, span)
         parameters = _merged(left, right, name)
@@ -159,7 +181,21 @@ class Calculus:
             declared = tuple([d for d in declared if d in left.declared or d not in between])
             second = replace(right, predicates=(*between, *right.predicates))
             predicates = (self._sequence(left, second, delta, hidden, span),)
-        return Box(left.name, delta, parameters, declared, predicates, span)
+        places, values = ((*left.places, *right.places), (*left.values, *right.values)) if name == "and" else ((), ())
+        return Box(left.name, delta, parameters, declared, predicates, span, places, values, left.framed | right.framed)
+
+    def _apart(self, left: Box, right: Box) -> Box:
+        """The second box with other names for the variables that both leave open."""
+        names = {binder.name for binder in left.values}
+        fresh = {b.name: self.bound(b.written, b.type, b.carrier) for b in right.values if b.name in names}
+        if not fresh:
+            return right
+
+        def renamed(v: Variable) -> Term | None:
+            return replace(v, name=fresh[v.name].name) if v.role == "bound" and v.name in fresh else None
+
+        right = changed(right, renamed)
+        return replace(right, values=tuple([replace(b, name=fresh.get(b.name, b).name) for b in right.values]))
 
     def _kept(self, delta: tuple[str, ...], box: Box) -> Iterator[Term]:
         """That variables of a joint Delta-list which one operation does not change keep their values."""
@@ -230,6 +266,17 @@ class Calculus:
         names = {binder.name for binder in binders}
         own = tuple([d for d in box.declared if not any(name in names for name, _ in free_variables(d))])
         within = [d for d in box.declared if d not in own]
+        parameters = tuple([replace(p, carrier=self.closed(p, binders)) for p in box.parameters])
+        if box.places:
+            said = (*([] if condition is None else [condition]), *within)
+            return replace(
+                box,
+                parameters=parameters,
+                declared=own,
+                predicates=(*said, *box.predicates),
+                span=span,
+                values=(*binders, *box.values),
+            )
         predicate = core.Quantifier(
             type=BOOL,
             kind="exists",
@@ -238,7 +285,6 @@ class Calculus:
             body=core.conjunction((*within, *box.predicates), span),
             span=span,
         )
-        parameters = tuple([replace(p, carrier=self.closed(p, binders)) for p in box.parameters])
         return replace(box, parameters=parameters, declared=own, predicates=(predicate,), span=span)
 
     def hidden(self, box: Box, keys: Sequence[Key]) -> Box:
@@ -285,16 +331,61 @@ class Calculus:
         box = self.box(node.body, inner)
         if node.kind == "choice":
             return self._exists(binders, box, node.span, condition)
-        predicate = core.Quantifier(
+        parameters = tuple([replace(p, carrier=self.closed(p, binders)) for p in box.parameters])
+        said = self._of_each(box, binders, condition or Constant(type=BOOL, value=True), node.span)
+        framed = box.framed | {place.name for place in box.places}
+        return Box(box.name, box.delta, parameters, (), said, node.span, framed=framed)
+
+    def _of_each(self, box: Box, binders: tuple[core.Binder, ...], condition: Term, span: Span) -> tuple[Term, ...]:
+        """That an operation happens for each value of bound variables, at all of their places at once."""
+        predicates = [*box.declared, *box.predicates]
+        moved: list[Term] = []
+        names = dict.fromkeys(place.name for place in box.places)
+        for name in names:
+            places = [place for place in box.places if place.name == name]
+            first = places[0]
+            before, after = [Variable(type=first.type, name=name, role=role, span=span) for role in ("before", "after")]
+            index = first.index
+            its_own = isinstance(index, Variable) and len(binders) == 1 and index.name == binders[0].name
+            if its_own and len(places) == 1 and not box.values:
+                each: Term = core.Comprehension(
+                    type=first.type, kind="lambda", binders=binders, condition=condition, body=first.value, span=span
+                )
+                value = Apply(type=first.type, operator="override", operands=(before, each), span=span)
+                moved.append(Apply(type=BOOL, operator="equal", operands=(after, value), span=span))
+                continue
+            for place in places:
+                there = Apply(type=first.type.range, operator="apply", operands=(after, place.index), span=span)
+                predicates.append(Apply(type=BOOL, operator="equal", operands=(there, place.value), span=span))
+            moved.append(self._elsewhere(places, binders, condition, span))
+        body = core.conjunction(tuple(predicates), span)
+        if box.values:
+            true = Constant(type=BOOL, value=True)
+            body = core.Quantifier(type=BOOL, kind="exists", binders=box.values, condition=true, body=body, span=span)
+        all_ = core.Quantifier(type=BOOL, kind="forall", binders=binders, condition=condition, body=body, span=span)
+        return (*moved, all_)
+
+    def _elsewhere(
+        self, places: Sequence[Place], binders: tuple[core.Binder, ...], condition: Term, span: Span
+    ) -> Term:
+        """That a family is as it was where no operation of a distributed one changes it."""
+        kind = places[0].type
+        before, after = [Variable(type=kind, name=places[0].name, role=role, span=span) for role in ("before", "after")]
+        identities = Apply(type=core.SetType(kind.domain), operator="dom", operands=(before,), span=span)
+        binder = self.bound("i", kind.domain, identities)
+        one = Variable(type=kind.domain, name=binder.name, role="bound", span=span)
+        there = [Apply(type=BOOL, operator="equal", operands=(one, place.index), span=span) for place in places]
+        some: Term = there[0] if len(there) == 1 else Apply(type=BOOL, operator="or", operands=tuple(there), span=span)
+        changed_ = core.Quantifier(type=BOOL, kind="exists", binders=binders, condition=condition, body=some, span=span)
+        values = [Apply(type=kind.range, operator="apply", operands=(f, one), span=span) for f in (after, before)]
+        return core.Quantifier(
             type=BOOL,
             kind="forall",
-            binders=binders,
-            condition=condition or Constant(type=BOOL, value=True),
-            body=core.conjunction((*box.declared, *box.predicates), node.span),
-            span=node.span,
+            binders=(binder,),
+            condition=Apply(type=BOOL, operator="not", operands=(changed_,), span=span),
+            body=Apply(type=BOOL, operator="equal", operands=tuple(values), span=span),
+            span=span,
         )
-        parameters = tuple([replace(p, carrier=self.closed(p, binders)) for p in box.parameters])
-        return Box(box.name, box.delta, parameters, (), (predicate,), node.span)
 
     def _unfolded(self, node: s.Distributed, scope: Scope) -> Box:
         """One operand after the other, for elements that are written out: how many there are must be known."""
@@ -388,7 +479,39 @@ def joined_sets(operator: Literal["inter", "union"], left: Term, right: Term) ->
     return Apply(type=left.type, operator=operator, operands=(first, second), span=left.span)
 
 
-def _changed(box: Box, change: Callable[[Variable], Term | None]) -> Box:
+def closed(box: Box) -> Box:
+    """A box that says itself what the families are afterwards in which it changes objects.
+
+    What is said of one object twice must be the same.
+    """
+    if not box.places:
+        return box
+    predicates = list(box.predicates)
+    span = box.span
+    for name in dict.fromkeys(place.name for place in box.places):
+        places = [place for place in box.places if place.name == name]
+        kind = places[0].type
+        after, value = [Variable(type=kind, name=name, role=role, span=span) for role in ("after", "before")]
+        moved: Term = value
+        for place in places:
+            pair = Apply(
+                type=core.TupleType((kind.domain, kind.range)), operator="tuple", operands=(place.index, place.value)
+            )
+            one = Apply(type=kind, operator="function", operands=(pair,), span=span)
+            moved = Apply(type=kind, operator="override", operands=(moved, one), span=span)
+        for other in places[:-1]:
+            there = Apply(type=kind.range, operator="apply", operands=(moved, other.index), span=span)
+            predicates.append(Apply(type=BOOL, operator="equal", operands=(there, other.value), span=span))
+        predicates.append(Apply(type=BOOL, operator="equal", operands=(after, moved), span=span))
+    body: Term = core.conjunction(tuple(predicates), span)
+    if box.values:
+        true = Constant(type=BOOL, value=True)
+        body = core.Quantifier(type=BOOL, kind="exists", binders=box.values, condition=true, body=body, span=span)
+    framed = box.framed | {place.name for place in box.places}
+    return replace(box, predicates=(body,), places=(), values=(), framed=framed)
+
+
+def changed(box: Box, change: Callable[[Variable], Term | None]) -> Box:
     """A box with variables replaced in all of its predicates and sets."""
     declared = [substituted(d, change) for d in box.declared]
     return replace(
@@ -396,13 +519,17 @@ def _changed(box: Box, change: Callable[[Variable], Term | None]) -> Box:
         parameters=tuple([replace(p, carrier=substituted(p.carrier, change)) for p in box.parameters]),
         declared=tuple([d for d in declared if isinstance(d, Apply)]),
         predicates=tuple([substituted(p, change) for p in box.predicates]),
+        places=tuple(
+            [replace(p, index=substituted(p.index, change), value=substituted(p.value, change)) for p in box.places]
+        ),
+        values=tuple([replace(b, carrier=substituted(b.carrier, change)) for b in box.values]),
     )
 
 
 def _without(box: Box, key: Key, value: Term) -> Box:
     """A box without one of its parameters, which has a certain value."""
     left = replace(box, parameters=tuple([p for p in box.parameters if (p.name, p.kind) != key]))
-    return _changed(left, lambda v: value if (v.name, v.role) == key else None)
+    return changed(left, lambda v: value if (v.name, v.role) == key else None)
 
 
 def _renamed(box: Box, old: core.Parameter, new: core.Parameter) -> Box:

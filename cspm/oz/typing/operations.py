@@ -14,7 +14,7 @@ from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.core import Apply, Term, Variable
 from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
 from cspcheck.cspm.oz.typing.objects import promoted
-from cspcheck.cspm.oz.typing.operation_calculus import KINDS, SIGNS, Box, Calculus, Surroundings, declared_in
+from cspcheck.cspm.oz.typing.operation_calculus import KINDS, SIGNS, Box, Calculus, Surroundings, closed, declared_in
 from cspcheck.cspm.oz.typing.scopes import FailedEntry, ObjectEntry, ParameterEntry, Scope, StateEntry, mentioned
 from cspcheck.cspm.oz.typing.typing import Typing
 from cspcheck.cspm.oz.typing.typing_operators import Wrong
@@ -167,6 +167,7 @@ class Boxes:
             for role, box in boxes.items():
                 local = [(p.name, p.kind) for p in box.parameters if p.kind == "simple"]
                 boxes[role] = self._calculus.hidden(box, local)
+        boxes = {role: closed(box) for role, box in boxes.items()}
         channel = self._channel(event, boxes)
         guard = boxes.get("enable")
         effect = boxes.get("com") or boxes.get("effect")
@@ -264,6 +265,7 @@ class Boxes:
 
     def _promoted(self, selection: s.Selection, scope: Scope) -> Box:
         found = self._typing.object(selection.record, scope, "effect")
+        found = found or self._typing.object_value(selection.record, scope, "effect")
         if found is None:
             raise Wrong(messages.promotion(selection.span))
         return promoted(*found, selection.field, self._calculus, selection.span)
@@ -334,7 +336,7 @@ class Boxes:
             entry = self._scope.find(name.name)
             if isinstance(entry, FailedEntry):
                 continue
-            if isinstance(entry, ObjectEntry):
+            if isinstance(entry, ObjectEntry) and not entry.pool:
                 what = f"`{name.name}` in a Delta-list: an object that is exchanged"
                 self._report(messages.objects_need_heap(what, name.span))
                 continue

@@ -101,7 +101,7 @@ class Paragraphs:
         own = [p for p in paragraphs if isinstance(p, s.GivenTypes | s.FreeType | s.Abbreviation | s.Schema | s.Axiom)]
         providers: dict[str, int] = {}
         for number, paragraph in enumerate(own):
-            for name, span in _declared(paragraph):
+            for name, span in names_of(paragraph):
                 self.claim(name, span)
                 providers.setdefault(name, number)
             match paragraph:
@@ -122,7 +122,7 @@ class Paragraphs:
             order = list(sorter.static_order())
         except CycleError as cycle:
             first = own[cycle.args[1][0]]
-            name = next(iter(_declared(first)), ("this", first.span))[0]
+            name = next(iter(names_of(first)), ("this", first.span))[0]
             self.report(messages.recursive_schema(name, first.span))
             return
         for number in order:
@@ -130,7 +130,7 @@ class Paragraphs:
                 self._one(own[number])
             except Wrong as wrong:
                 self.report(wrong.diagnostic)
-                for name, _ in _declared(own[number]):
+                for name, _ in names_of(own[number]):
                     self.scope.add(name, FailedEntry(wrong.diagnostic))
 
     def _one(self, paragraph: s.Paragraph) -> None:
@@ -259,7 +259,8 @@ def _constant(constant: Declared | None) -> core.Term | None:
     return core.Variable(type=constant.type, name=constant.name, role="constant", span=constant.span)
 
 
-def _declared(paragraph: s.Paragraph) -> Iterator[tuple[str, Span]]:
+def names_of(paragraph: s.Paragraph) -> Iterator[tuple[str, Span]]:
+    """What a paragraph declares, with the places."""
     match paragraph:
         case s.GivenTypes():
             for name in paragraph.names:

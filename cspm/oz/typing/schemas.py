@@ -122,6 +122,8 @@ class Schemas:
             Wrong: it is none.
         """
         found = self.value(node, scope)
+        if found is None and isinstance(node, s.Renamed):
+            return self.needed(node.term, scope)  # is none either
         if found is None:
             raise Wrong(messages.no_schema(str(self._typing.expression(node, scope, "axiom").type), node.span))
         return found

@@ -72,10 +72,11 @@ class ConstructorEntry:
 
 @dataclass(frozen=True, slots=True)
 class ClassEntry:
-    """A class: a process, and no set of values."""
+    """A class: a process; the set of its objects too, where ``identities`` are given."""
 
     name: str
     span: Span
+    identities: core.Term | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +91,8 @@ class ObjectEntry:
         made: what is known of the class (:class:`~cspcheck.cspm.oz.typing.objects.ObjectClass`).
         span: where it is declared.
         shared: the constants that its class gives a value, which all objects have in common.
+        pool: whether these are all the objects of the class, which values of its type are the identities of.
+        said: of a pool, the axioms and invariants that hold of its objects.
     """
 
     name: str
@@ -99,6 +102,8 @@ class ObjectEntry:
     made: object
     span: Span
     shared: frozenset[str] = frozenset()
+    pool: bool = False
+    said: tuple[core.Term, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

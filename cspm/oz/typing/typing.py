@@ -22,7 +22,6 @@ from cspcheck.cspm.oz.core import (
     Binder,
     Constant,
     FunctionType,
-    RecordType,
     SequenceType,
     SetType,
     Term,
@@ -34,7 +33,6 @@ from cspcheck.cspm.oz.reading.operators import FUNCTIONS, INREL
 from cspcheck.cspm.oz.typing import type_messages as messages
 from cspcheck.cspm.oz.typing.everyday import (
     by_pairs,
-    component,
     constructed_from,
     constructor_function,
     is_by_pairs,
@@ -60,6 +58,7 @@ from cspcheck.cspm.oz.typing.scopes import (
     VariableEntry,
     named,
 )
+from cspcheck.cspm.oz.typing.selecting import has_objects, made_record, names_apart, pool_in, qualified, selected
 from cspcheck.cspm.oz.typing.typing_operators import (
     RULES,
     Wrong,
@@ -92,6 +91,8 @@ class Typing:
         self._records = records
         self._fresh = count(1)
         self._instances: dict[tuple[int, tuple[Term, ...]], Term] = {}
+        self.identified: dict[str, Span] = {}
+        """The classes whose objects are values somewhere."""
         self.schemas = Schemas(self, records)
 
     # --- what is asked for ------------------------------------------------------------------------------------
@@ -169,6 +170,9 @@ class Typing:
         return term
 
     def _chain(self, node: s.Chain, scope: Scope, place: PredicatePlace) -> Term:
+        apart = names_apart(node, scope)
+        if apart is not None:
+            return apart
         operands = [self._term(operand, scope, place) for operand in node.operands]
         links = []
         for i, relation in enumerate(node.relations):
@@ -329,6 +333,9 @@ class Typing:
                 return self._instance(node, entry, scope)
             case ObjectEntry():
                 raise Wrong(messages.object_is_no_value(node.name, node.span, entry.span))
+            case ClassEntry(identities=set_) if set_ is not None and not node.arguments:
+                self.identified.setdefault(node.name, entry.span)
+                return replace(set_, span=node.span)
             case ClassEntry():
                 raise Wrong(messages.class_is_no_value(node.name, node.span, entry.span))
             case AmbiguousEntry():
@@ -465,31 +472,27 @@ class Typing:
         return Apply(type=range_, operator="apply", operands=(applied, argument), span=node.span)
 
     def _selection(self, node: s.Selection, scope: Scope, place: PredicatePlace) -> Term:
-        qualified = self._qualified(node, scope)
-        if qualified is not None:
-            return qualified
+        of_class = qualified(node, scope)
+        if of_class is not None:
+            return of_class
         found = self.object(node.record, scope, place)
         if found is not None:
             return self._attribute(node, *found, scope, place)
         record = self._term(node.record, scope, place)
-        own = isinstance(record.type, RecordType) and node.field in dict(record.type.fields)
-        if node.field in ("INIT", "init") and not own:
-            if not isinstance(record.type, RecordType):
-                raise Wrong(messages.init_of_no_record(str(record.type), node.span))
-            if self._records[record.type.name].initial is None:
-                raise Wrong(messages.record_without_init(record.type.name, node.span))
-            return Apply(type=BOOL, operator="init", operands=(record,), span=node.span)
-        if isinstance(record.type, TupleType) and node.field.isdigit():
-            item = component(record, int(node.field), node.span)
-            if item is not None:
-                return item
-        if not isinstance(record.type, RecordType):
-            raise Wrong(messages.field_of_no_record(node.field, str(record.type), node.span))
-        for name, type_ in record.type.fields:
-            if name == node.field:
-                return core.Field(type=type_, record=record, name=name, span=node.span)
-        names = [name for name, _ in record.type.fields]
-        raise Wrong(messages.no_such_field(node.field, record.type.name, node.span, suggestions(node.field, names)))
+        pool = pool_in(scope, record.type)
+        if pool is not None:
+            return self._attribute(node, pool, record, scope, place)
+        return selected(node, record, self._records)
+
+    def object_value(self, node: s.Term, scope: Scope, place: PredicatePlace) -> tuple[ObjectEntry, Term] | None:
+        """The objects of which a value is an identity, and that identity; None for other values.
+
+        Raises:
+            Wrong: something in the term is wrong.
+        """
+        identity = self._term(node, scope, place)
+        pool = pool_in(scope, identity.type)
+        return None if pool is None else (pool, identity)
 
     def object(self, node: s.Term, scope: Scope, place: PredicatePlace) -> tuple[ObjectEntry, Term | None] | None:
         """The object that a term names, with its identity if it is one of a family; None if it names none.
@@ -499,14 +502,24 @@ class Typing:
         """
         found = dotted(node)
         if found is None or not isinstance(scope.find(found[0].split(".")[0]), ObjectEntry):
-            return None
+            return self._within(node, scope, place)
         path, index = found
         entry = scope.find(path)
-        if not isinstance(entry, ObjectEntry) or (index is None) != (entry.binder is None):
+        if not isinstance(entry, ObjectEntry):
+            return self._within(node, scope, place)  # perhaps an attribute whose value is an object
+        if (index is None) != (entry.binder is None):
             raise Wrong(messages.no_such_object(print_term(node), node.span))
         if index is None or entry.binder is None:
             return entry, None
         return entry, coerced(self._term(index, scope, place), entry.binder.type, node.span)
+
+    def _within(self, node: s.Term, scope: Scope, place: PredicatePlace) -> tuple[ObjectEntry, Term | None] | None:
+        """The object that an object has which is a value: ``d.lock`` for ``d : Door``."""
+        if not isinstance(node, s.Selection) or not has_objects(scope, node.field):
+            return None
+        found = self.object_value(node.record, scope, place)
+        entry = None if found is None else scope.find(f"{found[0].name}.{node.field}")
+        return (entry, found[1]) if found is not None and isinstance(entry, ObjectEntry) else None
 
     def _attribute(
         self, node: s.Selection, entry: ObjectEntry, index: Term | None, scope: Scope, place: PredicatePlace
@@ -529,14 +542,6 @@ class Typing:
             return value
         assert isinstance(value.type, FunctionType)
         return Apply(type=value.type.range, operator="apply", operands=(value, index), span=node.span)
-
-    def _qualified(self, node: s.Selection, scope: Scope) -> Term | None:
-        """``A.items`` in a retrieve relation: a state variable of the class A."""
-        record = node.record
-        if not isinstance(record, s.Reference) or not isinstance(scope.find(record.name), ClassEntry):
-            return None
-        entry = scope.find(f"{record.name}.{node.field}")
-        return replace(entry.term, span=node.span) if isinstance(entry, VariableEntry) else None
 
     # --- displays and comprehensions --------------------------------------------------------------------------
 
@@ -563,15 +568,7 @@ class Typing:
 
     def _record(self, node: s.BindingDisplay, scope: Scope, place: PredicatePlace) -> Term:
         given = {name.name: self._term(value, scope, place) for name, value in node.fields}
-        fitting = [r for r in self._records.values() if {f.name for f in r.fields} == set(given)]
-        for definition in fitting:
-            try:
-                values = tuple([fit(given[f.name], f.type) for f in definition.fields])
-            except Misfit:
-                continue
-            type_ = RecordType(definition.name, tuple([(f.name, f.type) for f in definition.fields]))
-            return core.Record(type=type_, values=values, span=node.span)
-        raise Wrong(messages.no_such_record(list(given), [r.name for r in self._records.values()], node.span))
+        return made_record(given, self._records, node.span)
 
     def _comprehension(self, node: s.Binding, scope: Scope, place: PredicatePlace) -> Term:
         binders, inner, included = self._bound(node.declarations, scope, place)

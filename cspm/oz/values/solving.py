@@ -281,10 +281,16 @@ class _Planner:
     def _tried(self, pending: tuple[Term, ...], unknowns: tuple[Unknown, ...], keys: frozenset[Name]) -> SolvingStep:
         ways = [self._way(unknown, pending, keys) for unknown in unknowns]
 
-        def cost(i: int) -> tuple[int, int, int]:
-            rest = keys - {unknowns[i].key}
-            helps = sum(1 for term in pending if isolated(term, rest, self.free) is not None)
-            return (ways[i].rank, -helps, i)
+        def cost(i: int) -> tuple[int, bool, int, int]:
+            key = unknowns[i].key
+            helps = sum(1 for term in pending if isolated(term, keys - {key}, self.free) is not None)
+            # What an equation gives once the others are known is better not tried before them.
+            follows = any(
+                isinstance(found := isolated(term, frozenset([key]), self.free), tuple) and found[0] == key
+                for term in pending
+                if not self.free(term).isdisjoint(keys - {key})
+            )
+            return (ways[i].rank, follows, -helps, i)
 
         best = min(range(len(unknowns)), key=cost)
         unknown, way = unknowns[best], ways[best]

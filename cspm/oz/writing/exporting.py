@@ -12,6 +12,7 @@ is left out. Assertions that only classes have are left out with a warning.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields, replace
 from itertools import count
@@ -26,7 +27,7 @@ from cspcheck.cspm.oz import core, syntax as oz
 from cspcheck.cspm.oz.processes import messages as messages
 from cspcheck.cspm.oz.processes.classes import context_of
 from cspcheck.cspm.oz.processes.context import ClassContext
-from cspcheck.cspm.oz.processes.desugaring import WIDE
+from cspcheck.cspm.oz.processes.desugaring import OBJECTS, given_name
 from cspcheck.cspm.oz.processes.evaluating import Composition, shared_channels
 from cspcheck.cspm.oz.processes.meaning import DataPart
 from cspcheck.cspm.oz.processes.nodes import CarrierSet, ClassModule, ClassProcess, ConstantValue
@@ -142,6 +143,8 @@ class _Export:
                 return  # at the end, with what is expected of them
             case syntax.DatatypeDeclaration(constructors=()):
                 return  # of a given set without a reading
+            case syntax.DatatypeDeclaration(name=name) if name.endswith(OBJECTS):
+                yield self._printed(replace(declaration, name=self._flat(name)))
             case syntax.PatternDefinition(body=CarrierSet() as body, pattern=syntax.NamePattern() as pattern):
                 found = self._value(body)
                 if isinstance(found, Set) and found.is_finite():
@@ -231,13 +234,13 @@ class _Export:
                 return text
             path.insert(0, declaration.name.partition("%")[0])
             owner = owner.owner
-        return self._flat("::".join([*path, symbol.name])) if path else text
+        return self._flat("::".join([*path, symbol.name])) if path or OBJECTS in text else text
 
     def _flat(self, path: str) -> str:
         """What a member is called at the top of a script: with underscores, and unlike all that is there already."""
         found = self.made.get(path)
         if found is None:
-            found = path.replace("::", "_").replace("(", "").replace(")", "")
+            found = re.sub(r"::|[%.]", "_", path).replace("(", "").replace(")", "")
             while found in self.top or found in self.made.values():
                 found = f"{found.rstrip(_PRIME)}_{_PRIME * found.count(_PRIME)}"
             self.made[path] = found
@@ -381,7 +384,8 @@ class _Export:
         if self.top & prelude.BUILTINS:
             raise Untranslatable("functions that the script calls otherwise")
         context = self._context()
-        datatypes = {symbol.removesuffix(WIDE): symbol for symbol in self.names.top_level}
+        symbols = sorted(self.names.top_level, key=lambda symbol: symbol.endswith(OBJECTS))
+        datatypes = {given_name(symbol): symbol for symbol in symbols}
 
         def heads(datatype: str) -> list[Any]:
             symbol = self.names.top_level.get(datatypes.get(datatype, ""))

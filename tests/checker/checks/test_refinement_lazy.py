@@ -90,6 +90,12 @@ class TestNodes:
         assert lazy(DIV, "FD").is_divergent(0)
         assert not lazy(DIV, "F").is_divergent(0)
 
+    def test_events_of_infinite_channels_have_large_identifiers(self) -> None:
+        large = 2**62
+        specification = lazy(choose(then(large, STOP), then(a, STOP)), "F")
+        assert specification.allowed(0) == (a, large)
+        assert specification.acceptances(0) == ((a, large),)
+
 
 class TestRefinement:
     def bounded(self, capacity: int) -> Process:

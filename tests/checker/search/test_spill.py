@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
+from cspcheck.checker.budget import NO_ROOM
 from cspcheck.checker.check import Checker
 from cspcheck.checker.network.network import Network
 from cspcheck.checker.packing.packed import pack
@@ -194,6 +195,32 @@ def test_verdicts_counts_and_counterexamples_are_those_in_memory(tmp_path: Path)
     expected = answers(None)
     assert answers(Spill(tmp_path, 10)) == expected
     assert {answer.verdict for answer in expected} == {Verdict.PASS, Verdict.FAIL}
+
+
+def test_a_disk_that_is_full_when_a_counterexample_is_taken_from_it_leaves_the_verdict(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    script = load(Source("s.csp", SCRIPT))
+    expected = [Checker(script, as_written=True, workers=1).check(a.node) for a in script.assertions]
+    taken = []
+
+    def full(self: spill.Part) -> object:
+        taken.append(self)
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(spill.Part, "ways", full)
+    checker = Checker(script, as_written=True, workers=1, beyond=Spill(tmp_path, 10))
+    for assertion, right in zip(script.assertions, expected, strict=True):
+        taken.clear()
+        found = checker.check(assertion.node)
+        # Whether a process is deterministic is not known before the places where it has a choice are looked at.
+        if ":[deterministic" not in assertion.text or found.verdict is not Verdict.UNKNOWN:
+            assert found.verdict is right.verdict
+        said = " ".join((found.reason or "", *found.remarks))
+        assert (NO_ROOM in said) == bool(taken)
+        if right.counterexample is None or not taken:
+            continue
+        assert found.counterexample is None or found.counterexample.kind == right.counterexample.kind
 
 
 @pytest.mark.parametrize("states", [140, 400])

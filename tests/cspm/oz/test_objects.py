@@ -138,8 +138,6 @@ end
     ("body", "message"),
     [
         ("op x = a.close", "`Card` has no visible operation `close`"),
-        ("op x = [Delta(a) | true]", "an object that is exchanged would need a heap"),
-        ("op x = [a = b]", "`a` is an object, not a value"),
         ("op x = [a.colour = 1]", "`Card` has no field `colour`"),
         ("op x = f.withdraw", "`f` is no object"),
         ("op x = a(1).withdraw", "`a(1)` is no object"),
