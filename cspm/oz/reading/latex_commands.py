@@ -167,7 +167,9 @@ FONTS: Final = frozenset(
 )
 """Commands whose argument is read as if they were not there."""
 
-WITH_ARGUMENT: Final = frozenset([r"\hspace", r"\vspace", r"\label", r"\ref", r"\cite", r"\index", r"\footnote"])
+WITH_ARGUMENT: Final = frozenset(
+    [r"\hspace", r"\vspace", r"\label", r"\Label", r"\ref", r"\cite", r"\index", r"\footnote"]
+)
 """Commands that are left out with their argument."""
 
 TEXTS: Final = frozenset([r"\text", r"\textrm", r"\mbox", r"\hbox", r"\comment", r"\textnormal"])
@@ -179,6 +181,12 @@ UNSUPPORTED: Final[Mapping[str, str]] = {
     r"\dplo": "the associative parallel operator, distributed,",
 }
 """What of Object-Z has no counterpart here, in words."""
+
+UNREAD_LINES: Final[Mapping[str, str]] = {
+    **dict.fromkeys([r"\relation", r"\function", r"\generic"], r"an operator template (`x \inrel{R} y` needs none)"),
+    r"\vdash": "a conjecture",
+}
+"""Commands that begin a line which has no counterpart here, in words."""
 
 # --- tokens of CSP -----------------------------------------------------------------------------------------------
 

@@ -24,6 +24,7 @@ from cspcheck.cspm.oz.reading.latex_commands import (
     LINE_BREAKS,
     NAMES,
     TEXTS,
+    UNREAD_LINES,
     UNSUPPORTED,
     WITH_ARGUMENT,
     WORDS,
@@ -95,7 +96,7 @@ _TOKEN = re.compile(
     r"|(?P<command>\\[A-Za-z]+)"
     r"|(?P<thin>\\[,:;! \n\t]|\\/|\\-)"
     r"|(?P<symbol>\\.)"
-    r"|(?P<name>[A-Za-z](?:[A-Za-z0-9]|\\_|_\{?[A-Za-z0-9]+\}?)*(?:\\_)*)(?P<decoration>'+|\?|!)?"
+    r"|(?P<name>[A-Za-z](?:[A-Za-z0-9]|\\_|_\{?[A-Za-z0-9]+\}?)*(?:\\_)*)(?:~(?=['?!]))?(?P<decoration>'+|\?|!)?"
     r"|(?P<real>[0-9]+\.[0-9]+)"
     r"|(?P<int>[0-9]+)"
     r'|(?P<literal>"(?:[^"\\\n]|\\[^\n])*"|\'(?:[^\'\\\n]|\\[^\n])\')'
@@ -105,6 +106,7 @@ _TOKEN = re.compile(
     re.DOTALL,
 )
 _SUBSCRIPT = re.compile(r"_(?:1|\{1\})(?![A-Za-z0-9])")
+_LINE_END = re.compile(r"\\\\|\\end[ \t]*\{")
 _ARGUMENT = re.compile(r"\s*\{")
 _GENERICS = re.compile(r"[ \t]*\[[^\]\[\n]*\]")
 _PROSE = re.compile(r"[A-Za-z]{2,}[ \t\n~]+[A-Za-z]{2,}")
@@ -366,6 +368,8 @@ class Lexer:
         elif command in UNSUPPORTED:
             span = self.source.span(start, self.position)
             self.markup.errors.append(messages.unsupported(span, UNSUPPORTED[command]))
+        elif command in UNREAD_LINES:
+            self._unread_line(command, start)
         elif command in NAMES and not (command in COMMANDS and not self._names()):
             self._named(command, start)
         elif command in COMMANDS:
@@ -376,6 +380,13 @@ class Lexer:
             known = [*COMMANDS, *NAMES, *CSP_COMMANDS]
             span = self.source.span(start, self.position)
             self.markup.errors.append(messages.unknown_command(span, suggestions(command, known)))
+
+    def _unread_line(self, command: str, start: int) -> None:
+        """What has no counterpart is passed over to the end of its line, and told."""
+        span = self.source.span(start, self.position)
+        self.markup.errors.append(messages.unsupported(span, UNREAD_LINES[command]))
+        found = _LINE_END.search(self.text, self.position, self.end)
+        self.position = found.start() if found is not None else self.end
 
     def _names(self) -> bool:
         """Whether a command that is both a name and an operator is a name here, at the beginning of a line."""

@@ -124,6 +124,8 @@ class Schemas:
         found = self.value(node, scope)
         if found is None and isinstance(node, s.Renamed):
             return self.needed(node.term, scope)  # is none either
+        if found is None and isinstance(node, s.Application) and _is_prefixed(node, scope):
+            return self.needed(node.argument, scope)
         if found is None:
             raise Wrong(messages.no_schema(str(self._typing.expression(node, scope, "axiom").type), node.span))
         return found
@@ -323,6 +325,14 @@ class Schemas:
 
 def _base(name: str) -> str:
     return name[:-1] if name.endswith(("'", "?", "!")) else name
+
+
+def _is_prefixed(node: s.Application, scope: Scope) -> bool:
+    """Whether this is ``Delta S``, ``Xi S`` or ``pre S``."""
+    function = node.function
+    while isinstance(function, s.Grouped):
+        function = function.inner
+    return isinstance(function, s.Reference) and function.name in WORDS and scope.find(function.name) is None
 
 
 def _variable(field: Declared) -> Variable:

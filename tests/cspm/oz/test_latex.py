@@ -195,6 +195,10 @@ class TestDialects:
         (found,) = parse(Source("x.tex", r"\begin{zed} S \sdef T \project U \end{zed}")).declarations
         assert print_paragraph(found) == "S == T filter U"
 
+    def test_a_hard_space_before_a_decoration(self):
+        (found,) = parse(Source("x.tex", r"\begin{schema}{T} S~' \where \Label{r} x~' = x \end{schema}")).declarations
+        assert print_paragraph(found) == "schema T\n  S'\nwhere\n  x' = x\nend"
+
     def test_arrows_of_plain_latex(self):
         same(
             r"\begin{state} f : A \rightarrow B \leftrightarrow C \end{state} main = a \rightarrow main",
@@ -250,6 +254,14 @@ class TestMistakes:
     def test_what_is_not_read(self):
         found = refused(r"\begin{class}{C} \begin{state} s : \poly Shape \end{state} \end{class}")
         assert found[0][:2] == ("CSP625", r"\poly")
+
+    @pytest.mark.parametrize(
+        "line",
+        [r"\relation (\_ near \_)", r"\function 40 \leftassoc (\_ \otimes \_)", r"\vdash? \forall x : \nat @ x \geq 0"],
+    )
+    def test_a_line_that_is_not_read_is_told_once(self, line):
+        found = refused(rf"\begin{{zed}} {line} \\ S \sdef [x : \nat] \end{{zed}}")
+        assert [(code, text) for code, text, _ in found] == [("CSP625", line.split("?")[0].split(" ")[0])]
 
     def test_mistakes_in_equations_and_predicates(self):
         assert refused(r"\begin{class}{C} main = a \then \then b \end{class}")[0][:2] == ("CSP110", r"\then")

@@ -230,6 +230,45 @@ def test_a_sequence_of_viewers(trace: str, verdict: str) -> None:
     assert outcome(f"{PAY_TV}reading seq Viewer = 2\nassert {assertion}", assertion)[0] == verdict
 
 
+MULTIPLEXER = """
+class Queue[T]
+  visible INIT, Join, Leave
+  state
+    items : seq T
+  where
+    #items <= 1
+  init
+    items = <>
+  op Join = [Delta(items); item? : T | items' = items ^ <item?>]
+  op Leave = [Delta(items); item! : T | items = <item!> ^ items']
+end
+class Multiplexer
+  visible INIT, left, right, move, out
+  state
+    first_, second_, output : Queue[0..1]
+  init
+    first_.INIT and second_.INIT and output.INIT
+  op left = first_.Join
+  op right = second_.Join
+  op move = (first_.Leave || output.Join) [] (second_.Leave || output.Join)
+  op out = output.Leave
+end
+Mux(l, r, o) =
+     (null(l) & left?x -> Mux(<x>, r, o))
+  [] (null(r) & right?x -> Mux(l, <x>, o))
+  [] ((not null(l) or not null(r)) and null(o) & move -> (|~| s : {s | s <- {l, r}, not null(s)} @ Chosen(l, r, s)))
+  [] (not null(o) & out!head(o) -> Mux(l, r, <>))
+Chosen(l, r, s) = if l == r then Mux(<>, r, s) |~| Mux(l, <>, s) else if s == l then Mux(<>, r, s) else Mux(l, <>, s)
+By_hand = Mux(<>, <>, <>)
+reading seq (0..1) = 1
+"""
+
+
+@pytest.mark.parametrize("assertion", ["By_hand [FD= Multiplexer", "Multiplexer [FD= By_hand"])
+def test_a_multiplexer_of_generic_queues(assertion: str) -> None:
+    assert outcome(f"{MULTIPLEXER}assert {assertion}", assertion)[0] == "pass"
+
+
 def test_a_pool_is_one_for_all_that_share_it() -> None:
     text = """
 class Safe

@@ -293,6 +293,9 @@ end
     [
         ("S == [x : nat]\nT == [S; x : bool]", "the types `int` and `bool` differ"),
         ("N == 1..2\nS == [N; x : nat]", "this is no schema"),
+        ("N == 1..2\nS == [Delta N; x : nat]", "this is no schema"),
+        ("N == 1..2\nS == [x : nat | pre N = {}]", "this is no schema"),
+        ("N == 1..2\nS == N[z/y]", "this is no schema"),
         ("S == [x : nat] \\ (y)", "`y` is no component of this schema"),
         ("S == [x : nat]\nT == S[z/y]", "`y` is no component of this schema"),
         ("S == [x : nat]\nT == [y : nat | S]", "`x` is not known here"),
