@@ -61,6 +61,7 @@ EARLY = (1_000, 8_000)
 """Where a component has more states than this by itself, as many of the whole are looked at first."""
 
 
+_NOT_FOR_ALL_VALUES = "not decided for all values"
 _TOO_WIDE = ("CSP411", "CSP681", "CSP682")
 """What a search cannot go through: infinite sets of events or values, and those that are too large."""
 
@@ -110,6 +111,8 @@ class Checker:
         self._limits = limits
         self._termination = termination
         self._unproved: Assertion | None = None
+        self._open: str | None = None
+        """Why the assertion at hand is not decided for all values, once that has been tried."""
         self._happened: dict[Process, Happened | None] = {}
         self._sure = Sure()
         kept = KEPT_BYTES if limits.memory_bytes is None else min(KEPT_BYTES, limits.memory_bytes // 2)
@@ -151,23 +154,30 @@ class Checker:
                     raise
                 proved_instead = self._for_all_values()
                 if proved_instead is None:
-                    raise
+                    if self._open is None:
+                        raise
+                    note = f"{_NOT_FOR_ALL_VALUES}: {self._open}"
+                    raise ScriptError(*[d.with_notes(note) for d in error.diagnostics]) from None
                 return proved_instead
             readings = self._script.readings(assertion)
             if outcome.verdict is Verdict.UNKNOWN or classes.chosen(readings):
                 proved_instead = self._for_all_values()
                 if proved_instead is not None:
                     return proved_instead
+            if outcome.verdict is Verdict.UNKNOWN and self._open is not None:
+                remark = f"{_NOT_FOR_ALL_VALUES}: {self._open}"
+                outcome = replace(outcome, remarks=(*outcome.remarks, remark))
         return replace(outcome, readings=readings, control=classes.control)
 
     @contextmanager
     def _proving(self, assertion: Assertion) -> Iterator[None]:
         """What is asked of the prover, at most once, where a search cannot go through all values."""
-        self._unproved, before = assertion, self._unproved
+        before = self._unproved, self._open
+        self._unproved, self._open = assertion, None
         try:
             yield
         finally:
-            self._unproved = before
+            self._unproved, self._open = before
 
     def _for_all_values(self) -> Outcome | None:
         """The answer to the assertion at hand for all values of the data of its classes; None where it is not known."""
@@ -180,7 +190,10 @@ class Checker:
             outcome = for_all_values(
                 assertion, self._script, self._limits.seconds, termination_counts=self._termination == "deadlock"
             )
-        return None if outcome is None or outcome.verdict is Verdict.UNKNOWN else outcome
+        if outcome is None or outcome.verdict is not Verdict.UNKNOWN:
+            return outcome
+        self._open = outcome.reason
+        return None
 
     def _is_endless(self, process: Process, budget: Budget) -> bool:
         """Whether a process has a component with more states than a first look goes through."""

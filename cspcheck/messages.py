@@ -241,7 +241,8 @@ def unknown_picture_format(path: str) -> Diagnostic:
     "no counterexample",
     explanation="""
 `graph --trace` draws the counterexample of an assertion, and `probe --at` steps through it. An assertion that passes,
-or has no verdict, has none.
+or has no verdict, has none; and one that was found by the solver, or in a reduced process that is too large to be
+followed, may have no steps that could be taken one by one.
 """,
     example="""
 channel a
@@ -251,7 +252,9 @@ assert P :[deadlock free]
     repair="draw or probe the process itself, or name an assertion that fails",
 )
 def no_counterexample(assertion: str, verdict: str) -> Diagnostic:
-    """The verdict of *assertion* came without a counterexample."""
+    """The verdict of *assertion* came without a counterexample, or without its steps."""
+    if verdict == "fail":
+        return Diagnostic("CSP912", f"`{assertion}` fails, and there are no steps that lead to it one by one")
     return Diagnostic("CSP912", f"`{assertion}` has no counterexample: its verdict is {verdict}")
 
 

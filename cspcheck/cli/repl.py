@@ -11,6 +11,7 @@ import click
 
 from cspcheck.cli import finish
 from cspcheck.cli.options import ConfiguredCommand, color_option, definitions, script_options
+from cspcheck.quantities import count
 
 PROMPT = "> "
 _HELP = """\
@@ -126,7 +127,7 @@ class Prompt:
         if path:
             self._path = path
             self._script = checking.load(path, self._settings)
-            self._write(f"{path}: {len(self._script.assertions)} assertions\n")
+            self._write(f"{path}: {count(len(self._script.assertions), 'assertion')}\n")
 
     def _type(self, text: str) -> None:
         from cspcheck.cspm.naming.resolve import resolve_more

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from cspcheck.cspm.process.terms import Process, Reference
+from cspcheck.cspm.process.terms import DIV, SKIP, STOP, Compressed, Process, Reference
 from cspcheck.cspm.values.dots import DotList, Dotted, Event
 from cspcheck.cspm.values.order import in_order
 from cspcheck.cspm.values.sets import EventsSet, FiniteSet, Set
@@ -63,6 +63,10 @@ def _items(items: Any, out: list[str], width: int | None, separator: str = ", ")
         _write(item, out, width)
 
 
+_NAMED: dict[Process, str] = {STOP: "STOP", SKIP: "SKIP", DIV: "DIV"}
+"""The processes that have one name, whatever the events of the script are called."""
+
+
 def _write(value: Any, out: list[str], width: int | None) -> None:
     kind = type(value)
     if kind is Thunk:
@@ -117,8 +121,12 @@ def _write(value: Any, out: list[str], width: int | None) -> None:
         out.append(value.describe())
     elif isinstance(value, Reference):
         out.append(value.text)
+    elif isinstance(value, Compressed):
+        out.append(f"{value.function}(")
+        _write(value.process, out, width)
+        out.append(")")
     elif isinstance(value, Process):
-        out.append(f"<process {type(value).__name__}>")
+        out.append(_NAMED.get(value) or f"<process {type(value).__name__}>")
     elif kind is Function:
         out.append(f"<function {value.routine.name}>")
     else:

@@ -44,6 +44,11 @@ from cspcheck.cspm.syntax import tree as syntax
 if TYPE_CHECKING:
     from cspcheck.cspm.script import Script
 
+
+class _OtherKind(Exception):
+    """An assertion of a kind that is not answered here."""
+
+
 SHORT, LONG = 3, 8
 """So many steps a run may have that is looked for before and after the search for an invariant."""
 EFFORT, GLANCE = 2.0, 1.0
@@ -58,7 +63,7 @@ def for_all_values(
     *,
     termination_counts: bool = False,
 ) -> Outcome | None:
-    """The answer to an assertion about classes, for all values of their data; None where it is none of those read here.
+    """The answer to an assertion about classes, for all values of their data; None where it is of another kind.
 
     Args:
         assertion: deadlock freedom, or a refinement in T, F or FD.
@@ -77,6 +82,8 @@ def for_all_values(
         problem, observer, specification = _Reading(script, context).problem(assertion)
         if termination_counts and any(component.machine.ends for component in problem.components):
             raise Unreadable("a class may terminate, which counts as deadlock")
+    except _OtherKind:
+        return None
     except Unreadable as unreadable:
         return Outcome(Verdict.UNKNOWN, str(unreadable), 0, 0, clock() - start, 0)
     settings = Settings(seconds=EFFORT, deadline=None if seconds is None else start + seconds)
@@ -244,7 +251,7 @@ class _Reading:
                 else:
                     problem = failures_refinement(system, observer, divergences=wanted == "FD")
                 return problem, observer, self._specification
-        raise Unreadable("this kind of assertion is only searched")
+        raise _OtherKind
 
     def _components(self, *, qualified: bool) -> list[Component]:
         names = [model.name for model, _ in self._classes]

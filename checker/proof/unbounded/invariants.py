@@ -9,7 +9,7 @@ Chaki, *SMT-based model checking for recursive programs*, CAV 2014).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from cspcheck.checker.proof.prover import Prover
@@ -35,6 +35,8 @@ from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Apply, Constant, Term, Variable
 
 MOST_CANDIDATES = 60
+MOST_QUESTIONS = {"equations": 120, "predicates": 400, "clauses": 400, "smaller": 150}
+"""So much is asked of the prover for each way to find an invariant, and to leave out what is not needed of it."""
 _GLANCE = 0.5
 """Seconds' worth of the solver's steps for a candidate."""
 
@@ -50,6 +52,27 @@ class Invariant:
     places: tuple[tuple[Term, ...], ...]
 
 
+class _Exhausted(Exception):
+    """As many questions have been asked as may be."""
+
+
+class _Hasty(Prover):
+    """A prover that answers so many questions, each after a glance."""
+
+    left = 0
+
+    def refutes(self, premises: Iterable[Part], goal: Term, shown: Iterable[Variable] = ()) -> Answer:
+        """See :class:`Prover`.
+
+        Raises:
+            _Exhausted: that was one too many.
+        """
+        if not self.left:
+            raise _Exhausted
+        self.left -= 1
+        return super().refutes(premises, goal, shown)
+
+
 class Invariants:
     """Looks for invariants of a problem.
 
@@ -63,23 +86,32 @@ class Invariants:
         self.prover = prover
         # Most candidates are no invariants, and of those mostly nothing can be proved: each is given little time.
         hasty = replace(prover.solver.settings, seconds=_GLANCE, scopes=())
-        self._quick = Prover(prover.specification, prover.model, hasty, prover.clock, thorough=False)
+        self._quick = _Hasty(prover.specification, prover.model, hasty, prover.clock, thorough=False)
         self.nothing = Invariant(tuple(() for _ in problem.places))
         """What the classes guarantee anyway."""
 
     def at_once(self) -> bool:
         """Whether all claims follow from what the classes guarantee anyway."""
-        return not self.open_claims(self.nothing, self._quick)
+        self._quick.left = MOST_QUESTIONS["equations"]
+        try:
+            return not self.open_claims(self.nothing, self._quick)
+        except _Exhausted:
+            return False
 
     def of_equations(self) -> Invariant | None:
         """An invariant of equations between variables, from which all claims follow; checked."""
-        return self._checked(self._inductive(_comparisons(self.problem.variables())))
+        return self._tried("equations", lambda: self._inductive(_comparisons(self.problem.variables())))
 
     def found(self) -> Invariant | None:
         """An invariant from which all claims follow, checked; None where none is found."""
-        return self._checked(self._by_predicates()) or self._checked(self._by_clauses())
+        return self._tried("predicates", self._by_predicates) or self._tried("clauses", self._by_clauses)
 
-    def _checked(self, invariant: Invariant | None) -> Invariant | None:
+    def _tried(self, way: str, find: Callable[[], Invariant | None]) -> Invariant | None:
+        self._quick.left = MOST_QUESTIONS[way]
+        try:
+            invariant = find()
+        except _Exhausted:
+            return None
         if invariant is None:
             return None
         small = self._smaller(invariant)
@@ -226,6 +258,7 @@ class Invariants:
 
     def _smaller(self, invariant: Invariant) -> Invariant:
         """The invariant without what is not needed, as far as leaving out one conjunct at a time shows it."""
+        self._quick.left = MOST_QUESTIONS["smaller"]
         for place, known in enumerate(invariant.places):
             if any(map(is_false, known)):
                 only = (FALSE,)
@@ -236,8 +269,11 @@ class Invariants:
                     continue
                 rest = tuple(other for other in invariant.places[place] if other is not conjunct)
                 without = Invariant((*invariant.places[:place], rest, *invariant.places[place + 1 :]))
-                if self.holds(without, self._quick):
-                    invariant = without
+                try:
+                    if self.holds(without, self._quick):
+                        invariant = without
+                except _Exhausted:
+                    return invariant
         return invariant
 
 

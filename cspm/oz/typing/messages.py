@@ -227,9 +227,10 @@ def channel_types(channel: str, name: str, here: tuple[str, str, Span], there: t
 
 def channel_sizes(channel: str, here: tuple[str, int, Span], there: tuple[str, int, Span]) -> Diagnostic:
     """Different numbers of parameters."""
+    noun = "parameter" if here[1] == 1 else "parameters"
     return Diagnostic(
         "CSP650",
-        f"the channel `{channel}` has {here[1]} parameters in `{here[0]}` and {there[1]} in `{there[0]}`",
+        f"the channel `{channel}` has {here[1]} {noun} in `{here[0]}` and {there[1]} in `{there[0]}`",
         here[2],
         labels=(Label(there[2], f"in `{there[0]}`"),),
     )

@@ -329,6 +329,10 @@ class Calculus:
         binders, inner = self._typing.binders(node.declarations, scope, "effect")
         condition = None if node.condition is None else self._typing.predicate(node.condition, inner, "effect")
         box = self.box(node.body, inner)
+        written = {binder.written for binder in binders}
+        for parameter in box.parameters:
+            if parameter.kind == "simple" and parameter.name in written:
+                raise Wrong(type_messages.declared_twice(parameter.name, node.span, parameter.span))
         if node.kind == "choice":
             return self._exists(binders, box, node.span, condition)
         parameters = tuple([replace(p, carrier=self.closed(p, binders)) for p in box.parameters])

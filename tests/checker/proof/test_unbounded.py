@@ -294,3 +294,23 @@ end
     assert met.verdict is Verdict.FAIL
     assert met.counterexample is not None
     assert met.counterexample.trace == ("push.ITEM_1",)
+
+
+def test_why_it_is_not_decided_for_all_values_is_told_beside_what_the_search_says() -> None:
+    text = """reading nat = 0..3
+class Grow
+  chan a
+  chan b : [x! : nat]
+  state n : nat
+  init n = 0
+  op com_a Delta(n) where n' = n + 1
+  op com_b x! : nat where x! = n
+end
+"""
+    outcome = checked(text, "Grow [F= Grow")
+    assert outcome.verdict is Verdict.UNKNOWN
+    assert outcome.remarks[-1] == "not decided for all values: a class occurs twice"
+    with pytest.raises(ScriptError) as error:
+        checked(NUMBERS, "Diverging :[deadlock free]")
+    (diagnostic,) = error.value.diagnostics
+    assert diagnostic.notes[-1].startswith("not decided for all values: no invariant was found")

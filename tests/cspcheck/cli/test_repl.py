@@ -31,7 +31,7 @@ def test_a_session(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypat
     ]
     code, text = said(lines, capsys, monkeypatch, str(path))
     assert code == 0
-    assert text.startswith(f"{path}: 1 assertions\n3\n3\nf :: (Int) -> Int\n  1  P :[deadlock free]\n")
+    assert text.startswith(f"{path}: 1 assertion\n3\n3\nf :: (Int) -> Int\n  1  P :[deadlock free]\n")
     assert "✓ P :[deadlock free]" in text
     assert "`STOP` deadlocks" in text
     assert not text.endswith("4\n")

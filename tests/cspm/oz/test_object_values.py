@@ -369,6 +369,7 @@ pay \sdef [card? : cards] @ card?.pay
         ("op x = [c? : cards | c? = 1]", "`Card`"),
         ("op x = (([c? : cards] @ c?.deposit) [] [true]) and ([d? : cards] @ d?.withdraw)", "both operands change"),
         ("op x = [d? : C | d? notin cards]", "within itself"),
+        ("op y = [n : nat | n = 1]\n  op x = and n : {1, 2} @ y", "`n` is declared twice"),
     ],
 )
 def test_what_cannot_be_is_refused_for_its_own_reason(body: str, message: str) -> None:

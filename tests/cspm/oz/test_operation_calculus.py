@@ -16,6 +16,7 @@ from cspcheck.cspm.oz.typing.elaboration import elaborate
 from cspcheck.cspm.parsing.reading import parse
 from cspcheck.cspm.source import Source
 from tests.cspm.oz.naive import interpret
+from tests.cspm.oz.test_meaning import outcome
 
 VALUES = range(3)
 STATE = ("x", "y")
@@ -258,3 +259,14 @@ def test_a_sequence_is_distributed_over_elements_that_are_written_out() -> None:
 )
 def test_what_has_no_meaning_is_refused_for_its_own_reason(body: str, message: str) -> None:
     assert message in refused(body)
+
+
+def test_a_schema_in_brackets_is_renamed() -> None:
+    text = """class A
+  op q = [x? : 0..1; y : 0..2 | y = x? + 1][a?/x?, b!/y]
+  op r = [x? : 0..1] and [y? : 0..1][z?/y?]
+end
+"""
+    for trace, verdict in (("q.1.2, r.0.1", "pass"), ("q.1.1", "fail")):
+        assertion = f"A :[has trace]: <{trace}>"
+        assert outcome(f"{text}assert {assertion}", assertion)[0] == verdict
