@@ -100,6 +100,8 @@ def along_original(
     trace: Sequence[int],
     model: NormalModel,
     goal: Callable[[Row], bool] | None = None,
+    *,
+    at_hand: bool = False,
 ) -> Along | None:
     """The states after *trace* of a process whose compressed components have all their states.
 
@@ -111,13 +113,16 @@ def along_original(
         context, process, trace, model: what is followed.
         goal: tells from its transitions whether a state is what the failure is about. Where the states after the trace
             are too many, one run to such a state will do.
+        at_hand: whether nothing but the network of small components is tried.
     """
     ways: list[Callable[[], Along | None]] = [
         partial(_in_network, context, process, trace, model, SMALL_COMPONENT),
         partial(_in_terms, context, process, trace, model),
         partial(_in_network, context, process, trace, model, EXPLAINED_TERMS),
     ]
-    if goal is not None:
+    if at_hand:
+        ways = ways[:1]
+    elif goal is not None:
         ways.insert(2, partial(_in_terms, context, process, trace, model, goal))
     for way in ways:
         try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from math import log2
 from typing import Literal
 
@@ -17,6 +18,9 @@ from cspcheck.cspm.process.events import FIRST_EVENT, TAU
 
 WORTH_WHILE = 2
 """A reduced network is searched if it could have fewer states than the network by so many powers of two."""
+
+SEARCHED = 20
+"""Where more powers of two of states are left, the process is reduced in another order, too."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -73,12 +77,24 @@ def reduced(network: Network, model: FailuresModel, visible: Callable[[int], int
     """
     if len(network.slots) < 2:
         return None
-    try:
-        composition = composed(network, model, visible, lambda: budget.check_time("reducing the process"))
-    except Unsuited:
-        return None
     before = sum(log2(slot.lts.states) for slot in network.slots)
-    after = sum(log2(slot.lts.states) for slot in composition.network.slots)
-    if after > before - WORTH_WHILE:
+    best: Composition | None = None
+    poll = partial(budget.check_time, "reducing the process")
+    for by_ties in (False, True):
+        try:
+            found = composed(network, model, visible, poll, by_ties=by_ties)
+        except Unsuited:
+            return None
+        if best is None or _size(found) < _size(best):
+            best = found
+        if _size(best) <= SEARCHED:
+            break
+    assert best is not None
+    if _size(best) > before - WORTH_WHILE:
         return None
-    return Reduced(composition, pack(composition.network))
+    return Reduced(best, pack(best.network))
+
+
+def _size(composition: Composition) -> float:
+    """How many powers of two of states there may be."""
+    return sum(log2(slot.lts.states) for slot in composition.network.slots)

@@ -7,17 +7,20 @@ the implementation's states that common traces lead to are searched breadth firs
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from cspcheck.checker.budget import Incomplete
 from cspcheck.checker.checks.along import along_original
 from cspcheck.checker.checks.context import Context, reached
-from cspcheck.checker.checks.reducing import as_they_are, model_for, reduced
+from cspcheck.checker.checks.reducing import Reduced, as_they_are, model_for, reduced
 from cspcheck.checker.checks.store import FIRST_LOOK, Specification
 from cspcheck.checker.explain.behaviour import Behaviour, begun, diverging, visible
 from cspcheck.checker.explain.replay import ReplayFailure, can_perform, states_after
 from cspcheck.checker.explain.specification_run import specification_run
+from cspcheck.checker.explain.unfolding import NotUnfolded, unfolded
+from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.search.pair_search import PairExploration, Violation
 from cspcheck.checker.search.paths import PathStep, shortest_path
 from cspcheck.checker.semantics.steps import Row
@@ -99,7 +102,10 @@ def _reduced(
         return budget.outcome(Verdict.PASS, None, *counts) if pairs.complete else None
     path, violation = first_violation(pairs)
     node = int(pairs.nodes[violation.index])
-    whole = _without_compression(context, normal_form, node, implementation, model, _Found(pairs, path, violation))
+    found = _Found(pairs, path, violation)
+    follow = partial(_without_compression, context, normal_form, node, implementation, model, found)
+    # Who chooses among very many internal steps has to be led: a run that is unfolded is one, if not the shortest.
+    whole = follow(at_hand=True) or _unfolded(packed, small, found) or follow()
     if whole is None:
         return None
     counterexample = _explained(context, specification, normal_form, node, implementation, whole)
@@ -108,11 +114,32 @@ def _reduced(
 
 @dataclass(frozen=True, slots=True)
 class _Found:
-    """A violation at the end of a path through an exploration."""
+    """A violation at the end of a path through an exploration.
+
+    Attributes:
+        exploration: where the violation was found.
+        path: the path; one through *unfolded* if that is given.
+        violation: the violation.
+        unfolded: the network that the path goes through, if it is not that of the exploration.
+    """
 
     exploration: PairExploration
     path: tuple[PathStep, ...]
     violation: Violation
+    unfolded: PackedNetwork | None = None
+
+
+def _unfolded(packed: PackedNetwork, small: Reduced, found: _Found) -> _Found | None:
+    """The same violation by a run of the network that was reduced; None if there is none, or for a divergence."""
+    if found.violation.kind == "divergence":
+        return None
+    event = found.violation.event if found.violation.kind == "trace" else None
+    try:
+        return replace(
+            found, path=unfolded(packed, small.composition, small.packed, found.path, event), unfolded=packed
+        )
+    except NotUnfolded:
+        return None
 
 
 def _without_compression(
@@ -122,6 +149,8 @@ def _without_compression(
     implementation: Process,
     model: NormalModel,
     found: _Found,
+    *,
+    at_hand: bool = False,
 ) -> _Found | None:
     """The same violation after the same trace by components that are not compressed; None if they cannot be followed.
 
@@ -135,7 +164,9 @@ def _without_compression(
         return accepted is not None and not any(least <= accepted for least in allowed)
 
     goal = {"trace": can_perform(event), "refusal": refuses}.get(kind)
-    along = along_original(context, implementation, visible(found.path), "FD" if model == "FD" else "T", goal)
+    along = along_original(
+        context, implementation, visible(found.path), "FD" if model == "FD" else "T", goal, at_hand=at_hand
+    )
     if along is None:
         return None
     length = along.pairs.depth
@@ -197,7 +228,7 @@ def _explained(
 ) -> Counterexample:
     pairs, path, violation = found.exploration, found.path, found.violation
     events = context.events
-    behaviour = Behaviour(implementation, pairs.packed, path, events)
+    behaviour = Behaviour(implementation, found.unfolded or pairs.packed, path, events)
     trace = visible(path)
     specification_trace = tuple(events.name(event) for event in trace)
     run = specification_run(specification, trace, events)
@@ -224,7 +255,7 @@ def _explained(
     offered = frozenset(pairs.successors(np.array([violation.index], dtype=np.int64)).events.tolist())
     accepted = frozenset({TICK}) if TICK in offered else offered
     acceptances = normal_form.acceptances(node)
-    behaviour.confirm(lambda row: offer(row) == accepted, "a state that offers too little")
+    accepted = _offered_at_the_end(behaviour, accepted, less=found.unfolded is not None)
     _deny_acceptance(specification, trace, accepted)
     return Counterexample(
         "refusal",
@@ -238,6 +269,21 @@ def _explained(
         specification_trace=specification_trace,
         specification=run,
     )
+
+
+def _offered_at_the_end(behaviour: Behaviour, accepted: frozenset[int], *, less: bool) -> frozenset[int]:
+    """What a behaviour offers at its end, once it has been confirmed that it is this, or perhaps *less*."""
+    offered = [accepted]
+
+    def holds(row: Row) -> bool:
+        own = offer(row)
+        if own is None or not (own <= accepted if less else own == accepted):
+            return False
+        offered.append(own)
+        return True
+
+    behaviour.confirm(holds, "a state that offers too little")
+    return offered[min(1, len(offered) - 1)]  # the first of the states that are as claimed is the one that is shown
 
 
 def _deny_event(specification: Process, trace: tuple[int, ...], event: int) -> None:

@@ -22,6 +22,8 @@ from cspcheck.cspm.process.events import TAU
 
 Edge = tuple[int, int, int]
 """A source, a label and a target."""
+_Ends = frozenset[int] | None
+"""A run ends in a state without taus that offers no more than this; None: in any state."""
 
 
 class NotUnfolded(Exception):
@@ -37,7 +39,11 @@ class _Happening:
 
 
 def unfolded(
-    packed: PackedNetwork, composition: Composition, small: PackedNetwork, path: Sequence[PathStep]
+    packed: PackedNetwork,
+    composition: Composition,
+    small: PackedNetwork,
+    path: Sequence[PathStep],
+    event: int | None = None,
 ) -> tuple[PathStep, ...]:
     """The run of a network that a run of what was composed of it stands for.
 
@@ -45,12 +51,13 @@ def unfolded(
         packed: the network.
         composition: what was composed of it.
         small: the network of that, packed.
-        path: a run of it that ends in a state without taus.
+        path: a run of it that ends in a state without taus; or in one that can perform an event.
+        event: this event. The run that is given can be followed by it, too.
 
     Raises:
         NotUnfolded: the run cannot be unfolded.
     """
-    run, ends = _composed_run(composition, small, path)
+    run, ends = _composed_run(composition, small, path, event)
     pending = list(zip(composition.parts, ends, strict=True))
     while pending:
         part, offers = pending.pop()
@@ -59,20 +66,31 @@ def unfolded(
         else:
             run, rest = _pair(part, part.pair, offers, run)
             pending.extend(rest)
-    return _steps(packed, run)
+    steps = _steps(packed, run)
+    if event is None:
+        return steps
+    if steps[-1].event != event:
+        raise NotUnfolded
+    return steps[:-1]
 
 
 def _composed_run(
-    composition: Composition, small: PackedNetwork, path: Sequence[PathStep]
-) -> tuple[list[_Happening], list[frozenset[int]]]:
-    """The run as the parts see it, and what each part offers at its end."""
+    composition: Composition, small: PackedNetwork, path: Sequence[PathStep], event: int | None
+) -> tuple[list[_Happening], list[_Ends]]:
+    """The run as the parts see it, with the event that follows if there is one, and how it must end for each part."""
     run = []
     for step in path:
         moves = composition.network.rules[step.rule].moves
         run.append(_Happening({composition.parts[slot].number: label for slot, label in moves}))
     last = small.initial if not path else np.array(path[-1].state, dtype=np.int64)
-    states = small.local_states(last)
-    return run, [_offers(part.lts, state) for part, state in zip(composition.parts, states, strict=True)]
+    offers = [_offers(part.lts, s) for part, s in zip(composition.parts, small.local_states(last), strict=True)]
+    if event is None:
+        return run, list(offers)
+    for rule in composition.network.rules:
+        if rule.result == event and all(label in offers[slot] for slot, label in rule.moves):
+            run.append(_Happening({composition.parts[slot].number: label for slot, label in rule.moves}))
+            return run, [None] * len(offers)
+    raise NotUnfolded
 
 
 def _offers(lts: Lts, state: int) -> frozenset[int]:
@@ -80,8 +98,8 @@ def _offers(lts: Lts, state: int) -> frozenset[int]:
 
 
 def _pair(
-    part: Part, pair: tuple[Part, Part], offers: frozenset[int], run: list[_Happening]
-) -> tuple[list[_Happening], list[tuple[Part, frozenset[int]]]]:
+    part: Part, pair: tuple[Part, Part], offers: _Ends, run: list[_Happening]
+) -> tuple[list[_Happening], list[tuple[Part, _Ends]]]:
     """The run with two parts in the place of one, and what each of them offers at its end."""
     one, other = pair
     made = product(one.lts, other.lts, part.joints)
@@ -109,7 +127,9 @@ def _pair(
         return _Happening(labels)
 
     left, right = divmod(int(states[edges[-1][2] if edges else whole.root]), width)
-    rest = [(one, _offers(one.lts, left)), (other, _offers(other.lts, right))]
+    rest: list[tuple[Part, _Ends]] = [(one, None), (other, None)]
+    if offers is not None:
+        rest = [(one, _offers(one.lts, left)), (other, _offers(other.lts, right))]
     return _merged(part, run, [(edge[1], performed(edge)) for edge in edges]), rest
 
 
@@ -131,7 +151,7 @@ def _joint(
     raise NotUnfolded
 
 
-def _component(packed: PackedNetwork, part: Part, offers: frozenset[int], run: list[_Happening]) -> list[_Happening]:
+def _component(packed: PackedNetwork, part: Part, offers: _Ends, run: list[_Happening]) -> list[_Happening]:
     """The run with the states and labels of a component of the network."""
     assert part.slot is not None
     slot = packed.network.slots[part.slot]
@@ -180,8 +200,8 @@ def _merged(part: Part, run: list[_Happening], performed: list[tuple[int, _Happe
     return merged
 
 
-def _run_of(lts: Lts, labels: Sequence[int], offers: frozenset[int]) -> list[Edge]:
-    """A run of a machine with the given labels, taus apart, to a state without taus that offers no more than given.
+def _run_of(lts: Lts, labels: Sequence[int], offers: _Ends) -> list[Edge]:
+    """A run of a machine with the given labels, taus apart, that ends as it must.
 
     Raises:
         NotUnfolded: there is none.
@@ -193,6 +213,8 @@ def _run_of(lts: Lts, labels: Sequence[int], offers: frozenset[int]) -> list[Edg
         here = queue.popleft()
         position, state = here
         if position == len(labels):
+            if offers is None:
+                return _back(came_by, here)
             own = _offers(lts, state)
             if TAU not in own and own <= offers:
                 return _back(came_by, here)

@@ -105,6 +105,8 @@ def composed(
     model: FailuresModel,
     visible: Callable[[int], int],
     poll: Callable[[], None] = lambda: None,
+    *,
+    by_ties: bool = False,
 ) -> Composition:
     """What is left of a network when its components have been composed as far as that makes it smaller.
 
@@ -113,6 +115,8 @@ def composed(
         model: F keeps traces and stable failures, FD failures and divergences.
         visible: the event that an event of the network counts as; tau for one that does not matter. Tick stays.
         poll: called now and then; what it raises ends the work.
+        by_ties: whether of two pairs the one with more rules in common may come before one with fewer states: what
+            many depend on (the facts that messages are made of) is put together before each of those has it.
 
     Raises:
         Unsuited: the network has formats, rules that give way to others (what a part may do then depends on all the
@@ -120,7 +124,7 @@ def composed(
     """
     if network.formats != 1 or any(rule.raises or rule.yields for rule in network.rules):
         raise Unsuited
-    work = _Work(network, model, visible)
+    work = _Work(network, model, visible, by_ties)
     work.run(poll)
     return work.result()
 
@@ -138,6 +142,7 @@ class _Work:
     network: Network
     model: FailuresModel
     visible: Callable[[int], int]
+    by_ties: bool
     parts: dict[int, Part] = field(default_factory=dict)
     rules: dict[int, _Live] = field(default_factory=dict)
     rules_of: dict[int, set[int]] = field(default_factory=dict)
@@ -186,7 +191,7 @@ class _Work:
 
     def run(self, poll: Callable[[], None]) -> None:
         """Compose pairs, those first that make the fewest states, until none is worth it."""
-        waiting: list[tuple[int, int, int]] = []
+        waiting: list[tuple[float, int, int]] = []
         tried: set[tuple[int, int]] = set()
 
         def offer(pairs: Iterable[tuple[int, int]]) -> None:
@@ -194,15 +199,17 @@ class _Work:
                 pair = (min(one, other), max(one, other))
                 if pair not in tried:
                     tried.add(pair)
-                    heapq.heappush(waiting, (self._size(*pair), *pair))
+                    heapq.heappush(waiting, (self._cost(*pair), *pair))
 
         for rule in self.rules.values():
             offer(_neighbours(rule.moves))
         while waiting:
-            size, one, other = heapq.heappop(waiting)
+            _, one, other = heapq.heappop(waiting)
             if one not in self.parts or other not in self.parts:
                 continue
-            if size > MOST_PRODUCT or self.transitions > MOST_WORK:
+            if self._size(one, other) > MOST_PRODUCT:
+                continue
+            if self.transitions > MOST_WORK:
                 break
             poll()
             number = self._compose(self.parts[one], self.parts[other])
@@ -213,6 +220,10 @@ class _Work:
                     for pair in _neighbours(self.rules[rule].moves)
                     if number in pair
                 )
+
+    def _cost(self, one: int, other: int) -> float:
+        """How late a pair is composed; without ties by its size."""
+        return self._size(one, other) / (len(self.rules_of[one] & self.rules_of[other]) if self.by_ties else 1)
 
     def _size(self, one: int, other: int) -> int:
         return self.parts[one].lts.states * self.parts[other].lts.states

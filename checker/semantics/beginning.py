@@ -16,6 +16,9 @@ from cspcheck.checker.semantics.transitions import Explored, Poll, Semantics
 from cspcheck.cspm.process.events import TAU
 from cspcheck.cspm.process.terms import Process
 
+MANY = 100
+"""So many steps of all their operands together the states may have on average that are looked at along a trace."""
+
 
 class Beginning(NamedTuple):
     """A machine in which only the states of the first levels have their transitions.
@@ -87,7 +90,7 @@ def along(process: Process, trace: Sequence[int], most: int, poll: Poll | None =
     Args:
         process: any term.
         trace: visible events.
-        most: how many states are looked at.
+        most: how many states are looked at; of large ones with many transitions fewer.
         poll: called now and then with the number of states found so far; what it raises ends the work.
 
     Returns:
@@ -106,7 +109,7 @@ def along(process: Process, trace: Sequence[int], most: int, poll: Poll | None =
         for state in level:
             row = known.get(state)
             if row is None:
-                if len(known) == most:
+                if len(known) == most or semantics.steps > most * MANY:
                     return None
                 row = known[state] = semantics.transitions(state)
                 if poll is not None and len(known) % 256 == 0:
@@ -137,7 +140,7 @@ def one_run(
         process: any term.
         trace: visible events.
         goal: tells from its transitions whether the run may end in a state.
-        most: how many states are looked at.
+        most: how many states are looked at; of large ones with many transitions fewer.
         poll: called now and then with the number of states found so far; what it raises ends the work.
 
     Returns:
@@ -151,7 +154,7 @@ def one_run(
     came_from: dict[tuple[int, Process], tuple[int, Process] | None] = {start: None}
     pending = [start]
     looked_at = 0
-    while pending and looked_at < most:
+    while pending and looked_at < most and semantics.steps <= most * MANY:
         here = pending.pop()
         position, state = here
         row = semantics.transitions(state)

@@ -83,6 +83,8 @@ class Semantics:
         self._latest: tuple[Process, Row] | None = None
         """The state that was asked for last: explanations ask once for each of its steps."""
         self._nested = 0
+        self.steps = 0
+        """How many steps of terms and of their operands have been worked out: what that costs."""
 
     def state(self, process: Process) -> Process:
         """The state that *process* is: its head normal form.
@@ -146,6 +148,7 @@ class Semantics:
     def _apply(self, term: Process) -> Row:
         known = self._known
         steps = self.applied(term, [known[operand] for operand in term.active()])
+        self.steps += len(steps)
         return tuple(sorted(dict.fromkeys(steps), key=_event)) if len(steps) > 1 else tuple(steps)
 
     def _followed(self, term: External | Watchdog) -> list[Step]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import event, given, settings, strategies as st
 
 from cspcheck.checker.check import Checker
 from cspcheck.checker.checks import reducing, refinement, store
@@ -52,13 +52,39 @@ class TestNothingIsLost:
             expected, found = question(plain).counterexample, question(reducing).counterexample
             assert found == expected, told(p) + "\n" + told(q)
 
+    @settings(max_examples=25)
+    @given(compositions(size=4, components=4), st.one_of(compositions(size=4), processes(size=5)))
+    def test_what_is_unfolded_is_a_run_of_the_whole(self, p: Process, q: Process) -> None:
+        """Replaying it says so, with nothing else at hand to explain a failure by but the search of the whole."""
+        told_by_runs = 0
+
+        def unfolding(*arguments: object) -> object:
+            nonlocal told_by_runs
+            run = unfold(*arguments)  # type: ignore[arg-type]
+            told_by_runs += run is not None
+            return run
+
+        unfold = refinement._unfolded
+        full, reducing = checker(full=True), checker()
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(refinement, "_unfolded", unfolding)
+            patch.setattr(refinement, "_without_compression", lambda *_, **__: None)
+            for question in questions(p, q):
+                found, expected = question(reducing), question(full)
+                assert found.verdict == expected.verdict, told(p) + "\n" + told(q)
+                if expected.counterexample is not None:
+                    assert found.counterexample is not None
+                    visible = [event for event in found.counterexample.trace if event != "tau"]
+                    assert visible == [event for event in expected.counterexample.trace if event != "tau"]
+        event(f"unfolded: {told_by_runs > 0}")
+
     @settings(max_examples=40)
-    @given(compositions(size=4, components=4))
-    def test_what_is_left_has_the_failures_and_divergences_of_the_whole(self, process: Process) -> None:
+    @given(compositions(size=4, components=4), st.booleans())
+    def test_what_is_left_has_the_failures_and_divergences_of_the_whole(self, process: Process, ties: bool) -> None:
         original = rows_of(process)
         for model in ("F", "FD"):
             try:
-                left = composed(compile_network(process), model, lambda event: event).network
+                left = composed(compile_network(process), model, lambda event: event, by_ties=ties).network
             except Unsuited:
                 continue
             lts = explore(pack(left)).to_lts()
