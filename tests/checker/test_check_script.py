@@ -104,7 +104,8 @@ def test_an_endless_recursion_ends_at_the_limit() -> None:
     (outcome,) = outcomes("channel a\nP(n) = a -> P(n+1)\nassert P(0) :[deadlock free]", states=1000)
     assert outcome.verdict is Verdict.UNKNOWN
     assert outcome.reason == (
-        "more than 1,000 states: `P` is called with 1,000 different arguments: `P(0)`, `P(1)`, `P(2)`, ..."
+        "more than 1,000 states: `P` is called with 1,000 different arguments: `P(0)`, `P(1)`, `P(2)`, ...; "
+        "`--max-states` raises the limit"
     )
 
 
