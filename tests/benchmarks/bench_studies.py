@@ -2,7 +2,7 @@
 
     python -m tests.benchmarks.bench_studies [PATTERN]
 
-The scripts are those of ``tests/cases/studies`` and ``specs/classics``, which say their verdicts and why. Counts are
+The scripts are those of ``tests/cases/studies``, which say their verdicts and why. Counts are
 asserted, too. Times are seconds of one worker, without loading the script.
 """
 
@@ -14,8 +14,7 @@ from pathlib import Path
 
 import cspcheck
 
-REPOSITORY = Path(__file__).parent.parent.parent
-STUDIES = REPOSITORY / "tests" / "cases" / "studies"
+STUDIES = Path(__file__).parent.parent / "cases" / "studies"
 
 WORKLOADS: dict[str, tuple[Path, dict[str, int | bool], list[int]]] = {
     "philosophers by 10, and 1,025 by halves": (
@@ -23,7 +22,6 @@ WORKLOADS: dict[str, tuple[Path, dict[str, int | bool], list[int]]] = {
         {"N": 10, "LEVELS": 10},
         [95, 14, 14, 14, 97, 7, 7],
     ),
-    "scheduler, 40 cells": (REPOSITORY / "specs" / "classics" / "milner.csp", {"N": 40}, []),
     "packet ring, 50 nodes": (STUDIES / "packet_ring.csp", {"N": 50}, [71, 73, 90, 60]),
     "public keys, all messages": (STUDIES / "needham_schroeder.csp", {"ALL": True}, [1416, 971, 2901, 1060]),
     "election in time, 6 nodes": (STUDIES / "bully.csp", {"N": 6}, [408, 679, 408, 407, 589]),
