@@ -8,13 +8,13 @@ processor seconds of one worker, without loading the tool.
 
 from __future__ import annotations
 
-import sys
 import time
 from pathlib import Path
 
 from cspcheck.checker.check import Checker
 from cspcheck.cspm import script
 from cspcheck.cspm.source import Source
+from tests.benchmarks.choosing import measure_chosen
 
 REPOSITORY = Path(__file__).parent.parent.parent
 
@@ -128,13 +128,5 @@ def measured(name: str) -> None:
         print(f"{name:40} {outcome.verdict.name:7} {outcome.states:10,} states {seconds:8.2f} s", flush=True)
 
 
-def main() -> None:
-    """Measure all workloads whose names contain the pattern."""
-    pattern = sys.argv[1] if len(sys.argv) > 1 else ""
-    for name in WORKLOADS:
-        if pattern in name:
-            measured(name)
-
-
 if __name__ == "__main__":
-    main()
+    measure_chosen(WORKLOADS, measured)

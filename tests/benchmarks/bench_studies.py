@@ -8,11 +8,11 @@ asserted, too. Times are seconds of one worker, without loading the script.
 
 from __future__ import annotations
 
-import sys
 import time
 from pathlib import Path
 
 import cspcheck
+from tests.benchmarks.choosing import measure_chosen
 
 STUDIES = Path(__file__).parent.parent / "cases" / "studies"
 
@@ -57,13 +57,5 @@ def measured(name: str) -> None:
     assert found == counts or not counts, (name, found)
 
 
-def main() -> None:
-    """Measure all studies whose names contain the pattern."""
-    pattern = sys.argv[1] if len(sys.argv) > 1 else ""
-    for name in WORKLOADS:
-        if pattern in name:
-            measured(name)
-
-
 if __name__ == "__main__":
-    main()
+    measure_chosen(WORKLOADS, measured)

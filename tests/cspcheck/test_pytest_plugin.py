@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import time
-from functools import partial
 from importlib import import_module
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -15,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from cspcheck.register import all_mistakes
+from tests.cspcheck.interrupting import LISTENING
 
 pytest_plugins = ["pytester"]
 
@@ -405,8 +405,7 @@ def test_an_interrupt_ends_the_run_while_a_check_is_going_on(place: pytest.Pytes
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
-        # Who was started in the background ignores the signal, and so would this.
-        preexec_fn=partial(signal.signal, signal.SIGINT, signal.SIG_DFL),
+        preexec_fn=LISTENING,
     ) as run:
         try:
             assert run.stdout is not None

@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path
 
 import pytest
@@ -16,6 +15,7 @@ from cspcheck.cli import run
 from cspcheck.cli.watching import Goal, watch
 from cspcheck.result import Exit
 from cspcheck.selection import included_files, targets
+from tests.cspcheck.interrupting import LISTENING
 
 GOOD = "channel a\nP = a -> P\nassert P :[deadlock free]\n"
 BAD = "channel a\nP = a -> STOP\nassert P :[deadlock free]\n"
@@ -106,8 +106,7 @@ def test_as_a_user_sees_it(folder: Path) -> None:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        # Who was started in the background ignores the signal, and so would this.
-        preexec_fn=partial(signal.signal, signal.SIGINT, signal.SIG_DFL),
+        preexec_fn=LISTENING,
     ) as program:
         try:
             assert program.stdout is not None

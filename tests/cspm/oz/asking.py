@@ -4,8 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
+
 from cspcheck.checker.check import Checker
+from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
 from cspcheck.cspm.notation import ClassReading
+from cspcheck.cspm.oz.typing.elaboration import elaborate
+from cspcheck.cspm.parsing.reading import parse
 from cspcheck.cspm.script import Script, load
 from cspcheck.cspm.source import Source
 
@@ -20,3 +25,10 @@ def outcome(text: str, assertion: str, **semantics: Any) -> tuple[str, str | Non
     loaded = script(text, **semantics)
     found = Checker(loaded).check(loaded.assertion(assertion).node)
     return found.verdict.value, found.reason
+
+
+def refusal(text: str) -> Diagnostic:
+    """The first thing that is wrong with the classes of a script, which must be refused."""
+    with pytest.raises(ScriptError) as error:
+        elaborate(parse(Source("classes.csp", text)))
+    return error.value.diagnostics[0]

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from cspcheck.cspm.diagnostics import ScriptError
-from cspcheck.cspm.oz.typing.elaboration import elaborate
-from cspcheck.cspm.parsing.reading import parse
-from cspcheck.cspm.source import Source
 from tests.checker.proof.classes import findings, told
-from tests.cspm.oz.test_meaning import outcome
+from tests.cspm.oz.asking import outcome, refusal
 
 CARD = """
 given ID
@@ -145,19 +141,13 @@ end
 )
 def test_what_needs_a_heap_or_is_not_there_is_refused_in_words(body: str, message: str) -> None:
     text = f"{CARD}class C\n  state\n    a, b : Card\n    f : 0..1 -> Card\n  {body}\nend"
-    with pytest.raises(ScriptError) as error:
-        elaborate(parse(Source("objects.csp", text)))
-    assert message in error.value.diagnostics[0].message, error.value.diagnostics[0].message
+    assert message in refusal(text).message
 
 
 def test_an_object_within_itself_is_refused() -> None:
-    with pytest.raises(ScriptError) as error:
-        elaborate(parse(Source("objects.csp", "class Node\n  state\n    next : Node\nend")))
-    assert "would need a heap" in error.value.diagnostics[0].message
+    assert "would need a heap" in refusal("class Node\n  state\n    next : Node\nend").message
 
 
 def test_a_process_is_no_attribute() -> None:
     text = "class P\n  chan c\n  main = c -> main\nend\nclass C\n  state\n    p : P\nend"
-    with pytest.raises(ScriptError) as error:
-        elaborate(parse(Source("objects.csp", text)))
-    assert error.value.diagnostics[0].code == "CSP637"
+    assert refusal(text).code == "CSP637"
