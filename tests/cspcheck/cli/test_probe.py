@@ -211,6 +211,17 @@ class TestWrongUse:
         assert (code, out) == (2, "")
         assert said in err
 
+    def test_a_failure_of_the_solver_has_no_steps(self, probe: Talk, tmp_path: Path) -> None:
+        script = tmp_path / "stuck.csp"
+        script.write_text(
+            "class Stuck\n  chan to : [i? : nat]\n  state n : nat\n  init n = 0\n"
+            "  op com_to Delta(n) i? : nat where n /= 7 and n' = i?\nend\nassert Stuck :[deadlock free]\n"
+        )
+        code, out, err = probe("--at", f"{script}:7")
+
+        assert (code, out) == (2, "")
+        assert "`Stuck :[deadlock free]` fails, and there are no steps that lead to it one by one" in err
+
 
 @pytest.mark.parametrize(
     ("text", "events"),
