@@ -53,6 +53,17 @@ def axioms_consistent(prover: Prover, report: ObligationReport) -> Iterator[Find
     yield report.existential(answer, message="no values of the constants satisfy all axioms", lines=lines, span=span)
 
 
+def lemmas(prover: Prover, report: ObligationReport) -> Iterator[Finding]:
+    """Each lemma of the class, and of the script where there is only that."""
+    names = prover.model.lemmas or prover.specification.lemmas
+    for name in names:
+        claim = prover.claims[name]
+        answer = prover.lemma(claim)
+        yield report.universal(
+            answer, message="the lemma does not hold", detail=f"`{name}`", span=claim.lemma.span, goal=claim.lemma.term
+        )
+
+
 def state_inhabited(prover: Prover, report: ObligationReport) -> Iterator[Finding]:
     """``exists S @ Inv``."""
     situation = prover.situation

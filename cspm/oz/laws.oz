@@ -1,0 +1,1 @@
+lemma length_of_concatenation[X] : forall s, t : seq X @ #(s ^ t) = #s + #t
