@@ -31,6 +31,9 @@ from cspcheck.checker.proof.terms import (
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Apply, Term, Variable
 
+INDUCTION = "induction"
+"""What a part of a question is that is known of smaller values."""
+
 Case = tuple[Part, ...]
 """Predicates that no values may satisfy."""
 
@@ -43,15 +46,27 @@ class Scheme:
     cases: tuple[Case, ...]
 
 
-def schemes(parts: tuple[Part, ...], on: Variable, frees: Iterable[core.FreeDefinition]) -> list[Scheme]:
+def schemes(
+    parts: tuple[Part, ...], on: Variable, frees: Iterable[core.FreeDefinition], axioms: Iterable[Term] = ()
+) -> list[Scheme]:
     """The ways to show by induction that no values satisfy *parts*; none where there is no induction on the variable.
 
     Args:
         parts: defined everywhere.
         on: the variable.
         frees: the free types of the specification.
+        axioms: that tell which way of building a sequence to try first.
     """
-    return list(_Induction(parts, on).schemes({free.name: free for free in frees}))
+    found = list(_Induction(parts, on).schemes({free.name: free for free in frees}))
+    return found[::-1] if any(map(_from_the_back, axioms)) else found
+
+
+def _from_the_back(term: Term) -> bool:
+    """Whether something is said of a sequence with one item behind it."""
+    match term:
+        case Apply(operator="concat", operands=(Variable(), Apply(operator="sequence"))):
+            return True
+    return any(map(_from_the_back, core.parts(term)))
 
 
 class _Induction:
@@ -110,7 +125,7 @@ class _Induction:
     def _case(self, value: Term, smaller: list[Variable]) -> Case:
         """The predicates at a value, where they are known to be impossible at smaller ones."""
         at = tuple(replace(part, term=self._at(part.term, value)) for part in self._parts)
-        known = [Part(term, "induction", total=True) for one in smaller for term in self._hypotheses(one)]
+        known = [Part(term, INDUCTION, total=True) for one in smaller for term in self._hypotheses(one)]
         return (*known, *at)
 
     def _at(self, term: Term, value: Term) -> Term:

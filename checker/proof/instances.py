@@ -53,7 +53,12 @@ class Match:
 
 
 def matches(
-    unknowns: Sequence[Variable], said: Sequence[Term], givens: Sequence[str], terms: Sequence[Term]
+    unknowns: Sequence[Variable],
+    said: Sequence[Term],
+    givens: Sequence[str],
+    terms: Sequence[Term],
+    *,
+    guess: bool = True,
 ) -> Iterator[Match]:
     """Values for the variables of a lemma among ground terms, as far as what it says looks like these.
 
@@ -62,14 +67,15 @@ def matches(
         said: what the lemma says, what it speaks of first.
         givens: the given sets that stand for its generic parameters.
         terms: of the question.
+        guess: take any term of the right type for a variable that is in nothing that the lemma speaks of.
     """
     wanted = frozenset(map(key, unknowns))
     matcher = _Matcher(wanted, frozenset(givens))
-    patterns = _patterns(said, wanted)
+    patterns = _patterns(said[:1], wanted) or _patterns(said[1:], wanted)
     found: dict[tuple[tuple[Term, ...], tuple[core.Type, ...]], Match] = {}
     for group in _groups(patterns, wanted):
         for match in islice(_joined(matcher, group, terms, Match()), MOST_INSTANCES * 4):
-            for whole in islice(_completed(matcher, unknowns, terms, match), MOST_INSTANCES):
+            for whole in islice(_completed(matcher, unknowns, terms if guess else (), match), MOST_INSTANCES):
                 values = (tuple(whole.terms[key(v)] for v in unknowns), tuple(whole.types.get(g, BOOL) for g in givens))
                 if len(whole.types) == len(givens) and values not in found:
                     found[values] = whole
@@ -103,7 +109,7 @@ def _patterns(said: Sequence[Term], wanted: frozenset[Key]) -> list[Term]:
     found: dict[Term, None] = {}
     for term in said:
         for part in _subterms(term):
-            plain = isinstance(part, Apply) and part.operator not in _INTERPRETED
+            plain = isinstance(part, Apply) and part.type != BOOL and part.operator not in _INTERPRETED
             names = variables(part).keys()
             if plain and names & wanted and not any(role == "bound" for _, role in names):
                 found.setdefault(part)
@@ -162,6 +168,13 @@ class _Matcher:
                 orders.append(term.operands[::-1])
             for operands in orders:
                 yield from self._all(pattern.operands, operands, Match(match.terms, types))
+            return
+        if isinstance(pattern, core.Construct) and pattern.argument is not None and isinstance(term, core.Construct):
+            if pattern.constructor == term.constructor and term.argument is not None:
+                yield from self.match(pattern.argument, term.argument, Match(match.terms, types))
+            return
+        if isinstance(pattern, core.Field) and isinstance(term, core.Field) and pattern.name == term.name:
+            yield from self.match(pattern.record, term.record, Match(match.terms, types))
             return
         if pattern == term:
             yield Match(match.terms, types)

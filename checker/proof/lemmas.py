@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cache
 
 from cspcheck.checker.proof.definedness import Definedness
-from cspcheck.checker.proof.induction import opened
+from cspcheck.checker.proof.induction import INDUCTION, opened
 from cspcheck.checker.proof.instances import ground_terms, matches, retyped
 from cspcheck.checker.proof.normal import normal
 from cspcheck.checker.proof.one_point import simplified
@@ -42,6 +42,7 @@ _DESCRIBED = frozenset(
     ["card", "closure", "reflexive_closure", "squash", "filter", "extract", "flatten", "items", "override"]
 )
 """Operators of which the solver does not know everything."""
+_BEYOND = frozenset(["closure", "reflexive_closure", "squash", "filter"])
 PREFIX = "lemma "
 """Before the name, in what a part of a question is."""
 
@@ -101,6 +102,11 @@ def fitting_laws(parts: Sequence[Part]) -> list[Claim]:
             assert claim is not None
             fitting.append(claim)
     return fitting
+
+
+def is_beyond(parts: Sequence[Part]) -> bool:
+    """Whether a question has operators that the solver knows next to nothing of without laws."""
+    return not _operators(part.term for part in parts).isdisjoint(_BEYOND)
 
 
 @cache
@@ -213,22 +219,25 @@ def instances(rules_: Sequence[Rule], parts: Sequence[Part], definedness: Define
     """What rules say of the terms of a question, and of the terms in that."""
     found: dict[Part, None] = {}
     terms = ground_terms(parts)
-    for _ in range(_ROUNDS):
+    for round_ in range(_ROUNDS):
         before = len(found)
         for rule in rules_:
-            for part in _of_terms(rule, terms, definedness):
+            # What is known by induction holds of smaller values alone: there is no end to what it could be about.
+            if round_ and rule.what == INDUCTION:
+                continue
+            for part in _of_terms(rule, terms, definedness, guess=not round_):
                 found.setdefault(part)
         if len(found) == before:
             break
-        terms = ground_terms([*parts, *found])
+        terms = ground_terms([*parts, *[part for part in found if part.what != INDUCTION]])
     return tuple(found)
 
 
-def _of_terms(rule: Rule, terms: Sequence[Term], definedness: Definedness) -> Iterator[Part]:
+def _of_terms(rule: Rule, terms: Sequence[Term], definedness: Definedness, *, guess: bool) -> Iterator[Part]:
     if not rule.unknowns:
         yield rule.part(rule.body)
         return
-    for match in matches(rule.unknowns, [rule.said, *rule.premises], rule.givens, terms):
+    for match in matches(rule.unknowns, [rule.said, *rule.premises], rule.givens, terms, guess=guess):
         defined = all_of(definedness.condition(term) for term in match.terms.values())
         body = retyped(rule.body, match.types)
         for term in (body, *(primed([body]) if rule.primes else ())):

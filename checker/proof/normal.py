@@ -18,7 +18,66 @@ def normal(term: Term) -> Term:
         return _membership(term, *term.operands)
     if isinstance(term, Apply) and isinstance(term.type, core.SequenceType) and term.operator in ("concat", "sequence"):
         return joined(tuple(items_of(term)), term)
+    if isinstance(term, Apply) and term.operator in ("union", "inter", "diff"):
+        return _of_sets(term)
+    match term:
+        case Apply(
+            operator="ran_restrict" | "ran_subtract" as operator,
+            operands=(
+                Apply(operator="override", operands=(old, Apply(operator="function", operands=(pair,)) as new)),
+                chosen,
+            ),
+        ) if isinstance(pair, Apply) and pair.operator == "tuple":
+            return _restricted(term, operator, old, new, pair, chosen)
     return term
+
+
+def _restricted(term: Apply, operator: str, old: Term, new: Apply, pair: Apply, chosen: Term) -> Term:
+    """``(f (+) {x |-> y}) |> b`` by whether y is in b."""
+    argument, image = pair.operands
+    alone = Apply(type=core.SetType(argument.type), operator="set", operands=(argument,))
+    others = Apply(type=old.type, operator="dom_subtract", operands=(alone, old))
+    rest = Apply(type=term.type, operator=operator, operands=(others, chosen))
+    with_it = Apply(type=term.type, operator="override", operands=(rest, new))
+    inside = member(image, chosen)
+    both = (with_it, rest) if operator == "ran_restrict" else (rest, with_it)
+    return core.If(type=term.type, test=inside, then=both[0], otherwise=both[1], span=term.span)
+
+
+def _of_sets(term: Apply) -> Term:
+    """A set with what is written out of it at the end of a union, where its elements are counted one by one."""
+    left, right = term.operands
+
+    def made(operator: str, one: Term, other: Term) -> Term:
+        return Apply(type=term.type, operator=operator, operands=(one, other), span=term.span)
+
+    if term.operator == "union":
+        for one, other in ((left, right), (right, left)):
+            if isinstance(one, Apply) and one.operator == "union" and _is_written_out(one.operands[1]):
+                return made("union", _of_sets_again(made("union", one.operands[0], other)), one.operands[1])
+        if _is_written_out(left) and not _is_written_out(right):
+            return made("union", right, left)
+        return term
+    for one, other in ((left, right), (right, left)):
+        distributes = term.operator == "inter" or one is left
+        if distributes and isinstance(one, Apply) and one.operator == "union" and _is_written_out(one.operands[1]):
+            rest, few = one.operands
+            return made("union", _of_sets_again(made(term.operator, rest, other)), made(term.operator, few, other))
+    return term
+
+
+def _of_sets_again(term: Term) -> Term:
+    assert isinstance(term, Apply)
+    return _of_sets(term)
+
+
+def _is_written_out(term: Term) -> bool:
+    """Whether the candidates of a set are written out."""
+    if not isinstance(term, Apply):
+        return False
+    if term.operator in ("inter", "diff"):
+        return _is_written_out(term.operands[0])
+    return term.operator == "set"
 
 
 def _membership(term: Term, element: Term, carrier: Term) -> Term:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 
 from cspcheck.checker.proof.cases import cases
 from cspcheck.checker.proof.client import Solver
+from cspcheck.checker.proof.defined import defined, with_domains, without_definitions
 from cspcheck.checker.proof.finding import Finding, Severity, Status
 from cspcheck.checker.proof.finite import found_in_scope, is_small
 from cspcheck.checker.proof.induction import opened, schemes
@@ -17,6 +19,7 @@ from cspcheck.checker.proof.lemmas import (
     claims_of,
     fitting_laws,
     instances,
+    is_beyond,
     law,
     named,
     rules,
@@ -36,9 +39,10 @@ from cspcheck.checker.proof.question import (
     Unanswered,
 )
 from cspcheck.checker.proof.situation import Situation
-from cspcheck.checker.proof.terms import all_of, negation, variables_of
+from cspcheck.checker.proof.terms import all_of, negation, variables, variables_of
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Term, Variable
+from cspcheck.cspm.oz.values.recursion import Recursion, recursions
 from cspcheck.cspm.oz.writing.core_text import text, written
 from cspcheck.cspm.source import Span
 
@@ -77,6 +81,7 @@ class Prover:
         self.help = Help()
         """What the user says that the proof of the next claims needs."""
         self._lemmas: dict[str, Answer] = {}
+        self._computing = False
         self._proving: list[str] = []
         self._used: dict[str, None] = {}
         self._missing: dict[str, None] = {}
@@ -112,11 +117,13 @@ class Prover:
         if not self._thorough:
             return self.solver.ask(Question(whole, variables))
         small = is_small(v.type for v in variables_of(part.term for part in whole).values())
-        if first and not small:
+        if (first and not small) or self._speaks_of_recursion(whole):
             found = self._in_scopes(whole, variables, _GLANCE)
             if found is not None:
                 return found
         if first and (self.help.using or self.help.induction) and self._with_help(parts):
+            return Impossible()
+        if first and (self.claims or is_beyond(whole)) and self._with_what_there_is(parts, 1):
             return Impossible()
         answer = self.solver.ask(Question(whole, variables))
         if isinstance(answer, NotUpTo | Unanswered):
@@ -124,7 +131,7 @@ class Prover:
             if found is not None:
                 return found
             answer = self._by_cases(whole, variables) or answer
-        if first and isinstance(answer, NotUpTo | Unanswered) and self._with_what_there_is(parts):
+        if first and isinstance(answer, NotUpTo | Unanswered) and self._with_what_there_is(parts, 2):
             return Impossible()
         return answer
 
@@ -183,7 +190,7 @@ class Prover:
         on = [v for v in variables_of(part.term for part in whole).values() if written(v) == self.help.induction]
         if on and on[0].role != "constant":
             total = tuple(self._total(whole))
-            ways = schemes(total, on[0], self.specification.frees.values())
+            ways = schemes(total, on[0], self.specification.frees.values(), self.situation.axioms)
             return any(
                 all(self._is_impossible(case, claims, depth) for case in scheme.cases)
                 for depth in (1, 2)
@@ -191,13 +198,14 @@ class Prover:
             )
         return bool(claims) and self._is_impossible(whole, claims)
 
-    def _with_what_there_is(self, whole: tuple[Part, ...]) -> bool:
+    def _with_what_there_is(self, whole: tuple[Part, ...], depth: int) -> bool:
         """Whether the lemmas that there are, and the laws of the toolkit, prove that nothing satisfies *whole*."""
-        if self._late() or any(claim is not None and claim.law for claim in map(self.claims.get, self._proving)):
+        laws_proved = any(claim is not None and claim.law for claim in map(self.claims.get, self._proving))
+        if self._late() or laws_proved or self._computing:
             return False
         names = [] if self._proving else list(self.claims)
         claims = [claim for claim in map(self.claims.get, names) if claim is not None and self._holds(claim)]
-        return self._is_impossible(whole, [*claims, *fitting_laws(whole)])
+        return self._is_impossible(whole, [*claims, *fitting_laws(whole)], depth)
 
     def _is_impossible(self, parts: tuple[Part, ...], claims: Sequence[Claim], depth: int = 2) -> bool:
         """Whether lemmas prove that nothing satisfies *parts*.
@@ -217,25 +225,42 @@ class Prover:
         told = instances([*helping, *quantified], plain, self.solver.definedness)
         # What holds of all values is mostly needed for a few alone, and a solver is quick without quantifiers.
         all_values = [part for rule in helping for part in whole(rule)]
-        for question in ((*plain, *told), (*total, *told, *all_values))[:depth]:
+        for question, share in (((*plain, *told), 0.1), ((*total, *told, *all_values), 0.4))[:depth]:
             if self._late():
                 return False
             asked = tuple(dict.fromkeys(question))
-            if isinstance(self.solver.ask(Question(asked, proof=True)), Impossible):
+            if isinstance(self.solver.ask(Question(asked, proof=share)), Impossible):
                 if named(asked):
                     self._used |= dict.fromkeys(named(self.solver.core(asked)))
                 return True
         return False
 
     def _in_scopes(self, parts: tuple[Part, ...], shown: tuple[Variable, ...], scopes: dict[int, int]) -> Found | None:
-        total = self._total(parts)
+        known = self.defined if self._speaks_of_recursion(parts) else {}
+        total = self._total(without_definitions(parts, known))
+        total = [replace(part, term=with_domains(part.term, known)) for part in total] if known else total
         for scope, tried in scopes.items():
             if self._late():
                 return None
-            found = found_in_scope(self.specification, self.model, total, shown, scope, tried)
+            found = found_in_scope(self.specification, self.model, total, shown, scope, tried, known)
             if found is not None:
                 return found
         return None
+
+    @cached_property
+    def defined(self) -> dict[str, Recursion]:
+        """The constants that are defined by recursion, and proved to be in their carriers."""
+        self._computing = True
+        before, self.help = self.help, Help()
+        try:
+            return defined(self.situation, lambda premises, goal: self.refutes(premises, goal))
+        finally:
+            self._computing, self.help = False, before
+
+    def _speaks_of_recursion(self, parts: Iterable[Part]) -> bool:
+        candidates = recursions(self.situation.constants, self.situation.axioms)
+        spoken = {name for part in parts for name, role in variables(part.term) if role == "constant"}
+        return not self._computing and not spoken.isdisjoint(candidates)
 
     def _total(self, parts: Iterable[Part]) -> list[Part]:
         """The parts as conjuncts that are defined everywhere."""

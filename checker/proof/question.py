@@ -32,12 +32,12 @@ class Question:
     """Are there values of the variables of *parts* that satisfy all of them?
 
     ``shown`` are the variables whose values are told, in this order; others that occur are told behind them. With
-    ``proof`` it is only to be proved that there are none: values are neither looked for nor told.
+    ``proof`` it is only to be proved that there are none, in that share of the time: values are not looked for.
     """
 
     parts: tuple[Part, ...]
     shown: tuple[Variable, ...] = ()
-    proof: bool = False
+    proof: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -69,7 +69,7 @@ class Solver:
         seconds = self._left = self.settings.seconds
         sized = any(map(_sized, parts))
         if question.proof:
-            proof = self._attempt(question, parts, None, seconds * 0.4)
+            proof = self._attempt(question, parts, None, seconds * question.proof)
             return Impossible() if proof.result == "unsat" else Unanswered(proof.reason)
         if sized and self.settings.scopes:
             # Values are found, if there are any, most easily where collections are written out.

@@ -1,7 +1,8 @@
 """The laws of the toolkit: what holds of cardinality, restriction, injectivity, closure and squash, for proofs.
 
 They are lemmas in the text notation (``laws.oz``). Those of the first part say what an operator is, by recursion or as
-the least of something; the others follow, and the tests prove each from those that it names.
+the least of something; the others follow, and the tests prove each from what it names. The tests hold all of them
+against the evaluator of classes, too.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from cspcheck.cspm.oz import core
 
 PATH = Path(__file__).with_name("laws.oz")
+DEFINING = "-- What operators are"
 _NAME = re.compile(r"^lemma (\w+)", re.MULTILINE)
 
 
@@ -29,6 +31,13 @@ def text() -> str:
 def names() -> tuple[str, ...]:
     """The names of the laws."""
     return tuple(_NAME.findall(text()))
+
+
+@cache
+def defining() -> tuple[str, ...]:
+    """The names of those that say what an operator is."""
+    first = text().partition(DEFINING)[2].partition("\n-- ")[0]
+    return tuple(_NAME.findall(first))
 
 
 @cache

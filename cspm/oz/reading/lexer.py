@@ -210,7 +210,11 @@ def tokens(source: Source, start: int, end: int, scan: Scan) -> Iterator[Token]:
             # No bracket goes over a section: what is open was meant to be closed before.
             token.section = True
             open_brackets.clear()
-        if group == "name" and (broken or previous in OPERAND_ENDS or previous in NAMING) and HINT.match(text, begin, end):
+        if (
+            group == "name"
+            and (broken or previous in OPERAND_ENDS or previous in NAMING)
+            and HINT.match(text, begin, end)
+        ):
             token.section = True
             open_brackets.clear()
         if group == "name":

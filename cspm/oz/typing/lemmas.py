@@ -26,6 +26,7 @@ class Lemmas:
     def __init__(self, typing: Typing, report: DiagnosticSink) -> None:
         self._typing = typing
         self._report = report
+        self._wrong: set[str] = set()
         self.givens: dict[str, Span] = {}
 
     def declared(self, paragraphs: Iterable[s.Paragraph], scope: Scope, place: PredicatePlace) -> dict[str, core.Lemma]:
@@ -40,6 +41,7 @@ class Lemmas:
             try:
                 found[tree.name] = self._lemma(tree, scope, place)
             except Wrong as wrong:
+                self._wrong.add(tree.name)
                 self._report(wrong.diagnostic)
         return found
 
@@ -86,7 +88,7 @@ class Lemmas:
 
     def _known(self, hints: s.Hints | None, lemmas: Mapping[str, core.Lemma]) -> None:
         for name in hints.using if hints is not None else ():
-            if name.name not in lemmas and name.name not in laws.names():
+            if not (name.name in lemmas or name.name in self._wrong or name.name in laws.names()):
                 near = suggestions(name.name, [*lemmas, *laws.names()])
                 self._report(messages.unknown_lemma(name.name, name.span, near))
 
