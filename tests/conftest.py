@@ -7,6 +7,8 @@ import os
 
 from hypothesis import HealthCheck, settings
 
+from tests.examples import ANEW, USUAL, examples
+
 # These scripts are material for the tests; many of them are wrong on purpose.
 collect_ignore_glob = ["cases/*.csp", "corpus/*", "cspcheck/failing/*"]
 
@@ -19,12 +21,12 @@ gc.set_threshold(200_000, 20, 20)
 
 # A loaded machine is no reason for a test to fail.
 # The same examples every time, so that a change fails for what it changes.
-# CSPCHECK_EXAMPLES raises the number of examples of every property that does not set its own, and looks for new ones.
+# CSPCHECK_EXAMPLES raises the number of examples of every property, and looks for new ones.
 settings.register_profile(
     "default",
     deadline=None,
-    derandomize="CSPCHECK_EXAMPLES" not in os.environ,
-    max_examples=int(os.environ.get("CSPCHECK_EXAMPLES", "40")),
+    derandomize=not ANEW,
+    max_examples=examples(USUAL),
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("default")

@@ -14,6 +14,7 @@ from cspcheck.cspm.script import Script, load
 from cspcheck.cspm.source import Source
 from cspcheck.exporting import plain_text
 from tests.cspm.oz.test_meaning import classes
+from tests.examples import examples
 
 Machine = list[set[tuple[str, int]]]
 
@@ -57,7 +58,7 @@ def same(text: str, **semantics: str) -> str:
     return result
 
 
-@settings(max_examples=5)
+@settings(max_examples=examples(5))
 @given(classes(), st.sampled_from(["angelic", "demonic"]))
 def test_random_classes_keep_their_behaviour(text: str, outputs: str) -> None:
     try:
