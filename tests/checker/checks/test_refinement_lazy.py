@@ -127,9 +127,9 @@ class TestRefinement:
         assert outcome.reason.startswith("more than 100 states: `Bag` is called with 100 different arguments")
 
     @settings(max_examples=examples(30), deadline=None)
-    @given(terms, st.sampled_from(("T", "F", "FD")), terms)
+    @given(terms, st.sampled_from(("T", "F", "FD")), terms, st.sampled_from((10, store.FOLLOWED_EFFORT)))
     def test_the_verdict_and_counterexample_are_those_of_the_whole_normal_form(
-        self, spec: Process, model: str, impl: Process
+        self, spec: Process, model: str, impl: Process, effort: int
     ) -> None:
         """The specification can also go on without end after an event that the implementation lacks."""
         endless = growing("Rest", lambda n, at: then(8, at(n + 1)))
