@@ -114,7 +114,11 @@ class TestStrategies:
         assert least in (["left.1", "right.1"], ["left.1", "left.0", "right.1"])
         assert find(testing.traces(SCRIPT, "SPEC"), lambda trace: True) == []
         with pytest.raises(NoSuchExample):
-            find(testing.traces(SCRIPT, "SPEC", max_length=6), lambda trace: trace[:1] == ["right.0"])
+            find(
+                testing.traces(SCRIPT, "SPEC", max_length=6),
+                lambda trace: trace[:1] == ["right.0"],
+                settings=settings(max_examples=examples(200)),
+            )
 
 
 class Good:
