@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 
+import pytest
 from hypothesis import HealthCheck, settings
 
 from tests.examples import ANEW, USUAL, examples
@@ -18,6 +19,14 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 # So many modules and syntax trees are in memory that looking through them for garbage takes a sixth of the tests' time.
 gc.set_threshold(200_000, 20, 20)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _what_is_there_stays() -> None:
+    """Whatever outlives the tests of a file is not looked through for garbage again by those of the next."""
+    gc.collect()
+    gc.freeze()
+
 
 # A loaded machine is no reason for a test to fail.
 # The same examples every time, so that a change fails for what it changes.
