@@ -133,7 +133,7 @@ def _words(dtype: Any, argument: Any) -> Sequence[int]:
     if not isinstance(argument, np.ndarray) or (argument.dtype is not dtype and argument.dtype != dtype):
         raise TypeError(f"a contiguous array of {dtype} is expected")
     try:
-        return _address(_view(argument)), argument.size  # refuses what is not contiguous
+        return _address(_view(argument.data)), argument.size  # refuses what is not contiguous
     except (TypeError, ValueError):
         if not argument.flags.c_contiguous:
             raise TypeError(f"a contiguous array of {dtype} is expected") from None
