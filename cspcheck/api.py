@@ -221,6 +221,14 @@ class Script:
         """
         return self._script.evaluate(text)
 
+    def show(self, text: str) -> str:
+        """The value of a CSPm expression in the script, as a ``print`` line writes it.
+
+        Raises:
+            ScriptError: the text is not an expression of this script, or evaluating it goes wrong.
+        """
+        return self._script.show(text)
+
     def sweep(self, assertion: str | None = None, **values: Iterable[object]) -> list[tuple[dict[str, str], Result]]:
         """Check the script for every combination of values of its constants.
 

@@ -43,7 +43,8 @@ def test_kinds() -> None:
         ("Keyword.Pseudo", "deadlock free [FD]"),
         ("Operator", "]"),
     ]
-    assert kinds("{- a {- b -} c -} {-1, 0}")[-5:] == [
+    assert kinds("{-1, 0 -} { -1, 0}")[0] == ("Comment.Multiline", "{-")  # as the language reads it
+    assert kinds("{- a {- b -} c -} { -1, 0}")[-5:] == [
         ("Operator", "-"),
         ("Literal.Number.Integer", "1"),
         ("Punctuation", ","),
