@@ -273,8 +273,8 @@ class Expressions:
                 return f"Set({self.values(inner)})"
             case Apply(operator="rel", operands=(first, second)):
                 left, right = self.element(), self.element()
-                generators = f"{left} <- {self.values(first)}, {right} <- {self.values(second)}"
-                return f"Set({{({left}, {right}) | {generators}}})"
+                pairs = f"{left} <- {self.values(first)}, {right} <- {self.values(second)}"
+                return f"Set({{({left}, {right}) | {pairs}}})"
             case Apply(operator="cross", operands=operands):
                 names = [self.element() for _ in operands]
                 generators = [f"{name} <- {self.values(part)}" for name, part in zip(names, operands, strict=True)]
