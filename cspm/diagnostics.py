@@ -65,24 +65,17 @@ DiagnosticSink = Callable[[Diagnostic], None]
 class ScriptError(Exception):
     """A script that cannot be used as it stands; ``diagnostics`` has at least one error."""
 
+    shown: ClassVar[Callable[[Iterable[Diagnostic]], str] | None] = None
+    """How an interactive session is shown diagnostics with the lines that they are about; set by who can write them."""
+
     def __init__(self, *diagnostics: Diagnostic) -> None:
         self.diagnostics: tuple[Diagnostic, ...] = diagnostics
         super().__init__("; ".join(f"{d.code}: {d.message}" for d in diagnostics))
-
-    shown: ClassVar[Callable[[Iterable[Diagnostic]], str] | None] = None
-    """How an interactive session is shown diagnostics with the lines that they are about; set by who can write them."""
 
     def _render_traceback_(self) -> list[str]:
         """What IPython and notebooks show in the place of a traceback."""
         show = type(self).shown
         return [str(self) if show is None else show(self.diagnostics)]
-
-    shown: ClassVar[Callable[[Iterable[Diagnostic]], str] | None] = None
-    """How an interactive session shows diagnostics: with the lines that they are about; set by who can."""
-
-    def _render_traceback_(self) -> list[str]:
-        """What IPython and notebooks show in the place of a traceback."""
-        return ([str(self)] if self.shown is None else [type(self).shown(self.diagnostics)])
 
 
 @dataclass(frozen=True, slots=True)
