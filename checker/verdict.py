@@ -178,9 +178,7 @@ class Counterexample:
     def _steps(self) -> list[str]:
         """The trace, with what a tau hides in brackets."""
         causes = self.causes or (None,) * len(self.trace)
-        return [
-            name if cause is None else f"{name} ({cause})" for name, cause in zip(self.trace, causes, strict=True)
-        ]
+        return [name if cause is None else f"{name} ({cause})" for name, cause in zip(self.trace, causes, strict=True)]
 
 
 @dataclass(frozen=True, slots=True)
