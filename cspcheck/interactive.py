@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from cspcheck.cspm.diagnostics import Diagnostic
@@ -83,10 +84,9 @@ class _Cell:
 
     def write(self, text: str) -> None:
         """Show a text, which may begin with the sign that erases a line of a terminal."""
-        from IPython.display import display  # type: ignore[import-not-found]  # a notebook has it
-
         data = {"text/plain": text.removeprefix("\r\x1b[K").rstrip("\n")}
         if self._shown is None:
+            display: Any = import_module("IPython.display").display  # a notebook has it
             self._shown = display(data, raw=True, display_id=True)
         else:
             self._shown.update(data, raw=True)
