@@ -291,7 +291,7 @@ class Paragraphs(Terms):
         """An expression over operations whose operators bind at least as tightly as *least*."""
         match node:
             case z.Grouped():
-                return bracketed(self.operations(node.inner, 0))
+                return self._in_round_brackets(node.inner, self.operations(node.inner, 0))
             case z.Operator(name=name, operands=(left, right)) if name in OPERATION_LEVELS:
                 level = OPERATION_LEVELS[name]
                 sign = self.sign(*_OPERATION_SIGNS[name])
@@ -313,10 +313,13 @@ class Paragraphs(Terms):
                 if node.condition is not None:
                     parts += [" | ", self.term(node.condition, TermPlace(follow="@"))]
                 parts += [" ", self.sign("@", "•"), LINE, self.operations(node.body, 0)]
-                if not least:
-                    return cat(*parts)
-                return bracketed(cat(" " if node.kind == "parallel" else "", *parts))  # `(|` opens something else
+                return self._in_round_brackets(node, cat(*parts)) if least else cat(*parts)
         return self.term(node)
+
+    def _in_round_brackets(self, node: z.Term, doc: Doc) -> Doc:
+        # `(|` opens something else.
+        begins = isinstance(node, z.Distributed) and node.kind == "parallel"
+        return bracketed(cat(" ", doc) if begins else doc)
 
     def _hidden(self, node: z.Term) -> Doc:
         items = node.items if isinstance(node, z.Display) else (node,)
