@@ -1,18 +1,23 @@
-"""The language server as an editor sees it, over standard input and output."""
+"""The language server as an editor sees it, over standard input and output.
+
+The client is that of pygls: the plugin of pytest-lsp lets no item of another plugin run, and the assertions of scripts
+are such items.
+"""
 
 from __future__ import annotations
 
+import asyncio
 import json
 import signal
 import subprocess
 import sys
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable, Coroutine
+from contextlib import asynccontextmanager
 from pathlib import Path
 
 import pytest
-import pytest_lsp
 from lsprotocol import types
-from pytest_lsp import ClientServerConfig, LanguageClient, client_capabilities
+from pygls.lsp.client import LanguageClient
 
 TEXT = """\
 channel a, b
@@ -31,35 +36,80 @@ A counter, which counts.
 """
 
 
-@pytest_lsp.fixture(config=ClientServerConfig(server_command=[sys.executable, "-m", "cspcheck", "lsp"]))
-async def client(lsp_client: LanguageClient, tmp_path: Path) -> AsyncIterator[None]:
-    """VS Code, with a folder of its own."""
+class Client(LanguageClient):
+    """An editor that keeps what it is told."""
 
-    @lsp_client.feature(types.WORKSPACE_CODE_LENS_REFRESH)
-    def _refreshed(params: None) -> None:
-        pass
+    def __init__(self) -> None:
+        super().__init__("test", "1")
+        self.diagnostics: dict[str, list[types.Diagnostic]] = {}
+        self._fresh: set[str] = set()
+        self._told = asyncio.Event()
 
-    capabilities = client_capabilities("visual_studio_code")
-    await lsp_client.initialize_session(types.InitializeParams(capabilities, root_uri=tmp_path.as_uri()))
-    yield
-    await lsp_client.shutdown_session()
+        @self.feature(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)
+        def _published(params: types.PublishDiagnosticsParams) -> None:
+            self.diagnostics[params.uri] = list(params.diagnostics)
+            self._fresh.add(params.uri)
+            self._told.set()
+
+        @self.feature(types.WINDOW_SHOW_MESSAGE)
+        def _shown(params: types.ShowMessageParams) -> None:
+            pass
+
+        @self.feature(types.WORKSPACE_CODE_LENS_REFRESH)
+        def _refreshed(params: None) -> None:
+            pass
+
+    async def told(self, about: str) -> None:
+        """Wait until mistakes in a text have been told, and forget that, for the next time."""
+        while about not in self._fresh:
+            await self._told.wait()
+            self._told.clear()
+        self._fresh.discard(about)
 
 
-async def opened(client: LanguageClient, path: Path, text: str, language: str) -> types.TextDocumentIdentifier:
+@asynccontextmanager
+async def editor(folder: Path) -> AsyncIterator[Client]:
+    """An editor that has opened *folder*."""
+    client = Client()
+    await client.start_io(sys.executable, "-m", "cspcheck", "lsp")
+    try:
+        await client.initialize_async(types.InitializeParams(types.ClientCapabilities(), root_uri=folder.as_uri()))
+        client.initialized(types.InitializedParams())
+        yield client
+    finally:
+        await client.shutdown_async(None)
+        client.exit(None)
+        await client.stop()
+
+
+async def opened(client: Client, path: Path, text: str, language: str) -> types.TextDocumentIdentifier:
     """A file that the editor shows, once its mistakes are told."""
     path.write_text(text, encoding="utf-8")
     item = types.TextDocumentItem(path.as_uri(), language, 1, text)
     client.text_document_did_open(types.DidOpenTextDocumentParams(item))
-    await client.wait_for_notification(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)
+    await client.told(item.uri)
     return types.TextDocumentIdentifier(item.uri)
 
 
-def found(client: LanguageClient, document: types.TextDocumentIdentifier) -> list[types.Diagnostic]:
-    return list(client.diagnostics[document.uri])
+def found(client: Client, document: types.TextDocumentIdentifier) -> list[types.Diagnostic]:
+    return client.diagnostics[document.uri]
 
 
-@pytest.mark.asyncio
-async def test_a_script(client: LanguageClient, tmp_path: Path) -> None:
+def in_an_editor(work: Callable[[Client, Path], Coroutine[None, None, None]]) -> Callable[[Path], None]:
+    """The work of an editor as a test."""
+
+    def test(tmp_path: Path) -> None:
+        async def session() -> None:
+            async with editor(tmp_path) as client:
+                await work(client, tmp_path)
+
+        asyncio.run(session())
+
+    return test
+
+
+@in_an_editor
+async def test_a_script(client: Client, tmp_path: Path) -> None:
     document = await opened(client, tmp_path / "x.csp", TEXT, "cspm")
     assert found(client, document) == []
 
@@ -71,6 +121,7 @@ async def test_a_script(client: LanguageClient, tmp_path: Path) -> None:
             types.ExecuteCommandParams(command.command, command.arguments)
         )
     assert answer == f"cspcheck probe --at {tmp_path}/x.csp:4"
+    await client.told(document.uri)
     (failed,) = found(client, document)
     assert failed.message == "P [| {a, b} |] Q :[deadlock free]: fail (deadlock after <>)"
     assert failed.range.start.line == 3
@@ -104,12 +155,12 @@ async def test_a_script(client: LanguageClient, tmp_path: Path) -> None:
     client.text_document_did_change(
         types.DidChangeTextDocumentParams(types.VersionedTextDocumentIdentifier(2, document.uri), [change])
     )
-    await client.wait_for_notification(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)
+    await client.told(document.uri)
     assert [told.code for told in found(client, document)] == ["CSP201", "fail"]
 
 
-@pytest.mark.asyncio
-async def test_documents(client: LanguageClient, tmp_path: Path) -> None:
+@in_an_editor
+async def test_documents(client: Client, tmp_path: Path) -> None:
     document = await opened(client, tmp_path / "x.tex", CLASS, "latex")
     assert [told.code for told in found(client, document)] == []
     symbols = await client.text_document_document_symbol_async(types.DocumentSymbolParams(document)) or []
