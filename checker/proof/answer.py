@@ -18,7 +18,7 @@ from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.oz import core, laws, syntax
 from cspcheck.cspm.oz.processes import classes
 from cspcheck.cspm.oz.typing.messages import unknown_class, unknown_lemma
-from cspcheck.cspm.source import Span
+from cspcheck.cspm.source import Source, Span
 from cspcheck.cspm.spelling import suggestions
 from cspcheck.cspm.syntax.tree import Assertion, NotAssertion
 
@@ -134,6 +134,11 @@ def class_of(specification: core.Specification, name: str, span: Span | None) ->
     if model is None:
         raise ScriptError(unknown_class(name, span, suggestions(name, specification.classes)))  # type: ignore[arg-type]
     return model
+
+
+def lemmas_alone() -> core.ClassModel:
+    """A class without anything, for the lemmas of a script that has no class."""
+    return core.ClassModel(name="lemmas", span=Source("", "").span(0, 0))
 
 
 def operation_of(model: core.ClassModel, name: str, span: Span | None) -> core.Operation:
