@@ -209,6 +209,7 @@ def outcome(findings: Sequence[Finding], *, named: bool, seconds: float) -> Outc
     remarks = tuple(
         said(f) for f in findings if (f not in counting and f.status == "refuted" and f.severity != "info") or f.vacuous
     )
+    remarks += _of_lemmas(findings)
     if refuted:
         verdict, reason, counterexample = Verdict.FAIL, None, broken(refuted)
     else:
@@ -217,6 +218,15 @@ def outcome(findings: Sequence[Finding], *, named: bool, seconds: float) -> Outc
         verdict = Verdict.UNKNOWN if open_ else Verdict.PASS
         reason = _open(open_) if open_ else None
     return Outcome(verdict, reason, 0, 0, seconds, 0, counterexample, remarks)
+
+
+def _of_lemmas(findings: Sequence[Finding]) -> tuple[str, ...]:
+    """What lemmas the proofs needed, and which they were to use and could not."""
+    used = dict.fromkeys(name for finding in findings for name in finding.hypotheses)
+    missing = dict.fromkeys(name for finding in findings for name in finding.missing)
+    told = [f"proved with {', '.join(f'`{name}`' for name in used)}"] if used else []
+    told += [f"`{name}` is not proved, and was not used" for name in missing]
+    return tuple(told)
 
 
 def _open(findings: Sequence[Finding]) -> str:
