@@ -50,13 +50,21 @@ class Version:
         return self._script
 
     def machine(self, text: str) -> Lts | None:
-        """The machine of a process; None where it is none, cannot be evaluated, or is too large."""
+        """The machine of a process; None where it is none, cannot be evaluated, is too large, or is
+        that of some values only."""
         if text not in self._machines:
-            try:
-                self._machines[text] = self._checker.lts(self._script.process(text))
-            except (ScriptError, Incomplete, MemoryError):
-                self._machines[text] = None
+            self._machines[text] = self._explored(text)
         return self._machines[text]
+
+    def _explored(self, text: str) -> Lts | None:
+        classes = self._script.classes
+        try:
+            if classes is not None and self._script.readings(self._script.assertion(f"({text}) :[deadlock free]").node):
+                return None  # the machine would have some values of many
+            machine = self._checker.lts(self._script.process(text))
+        except (ScriptError, Incomplete, MemoryError):
+            return None
+        return None if classes is not None and classes.has_left else machine
 
     def value(self, text: str) -> str | None:
         """A value as the language writes it; None where it cannot be evaluated."""

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-import random
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from hashlib import sha256
 from typing import TYPE_CHECKING, Literal
 
 from cspcheck import checking
@@ -22,8 +22,10 @@ if TYPE_CHECKING:
 
 Fate = Literal["noticed", "unnoticed", "equivalent", "undecided", "invalid"]
 SLOWER = 10.0
-"""A mutant may take so many times as long as the script itself, and ``LEAST`` seconds in any case."""
+"""An assertion may take so many times as long as it took before the change, and ``LEAST`` seconds in any case."""
 LEAST = 5.0
+GIVEN_UP = 3
+"""After so many assertions that are not decided the others of a mutant are not asked."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +84,7 @@ class _Judge:
                 seconds[number] = result.seconds
         # The quick ones first: most changes are noticed by one of these.
         self._order = sorted(self.verdicts, key=seconds.__getitem__)
-        self._seconds = max(LEAST, SLOWER * max(seconds.values(), default=0.0))
+        self._seconds = {number: max(LEAST, SLOWER * spent) for number, spent in seconds.items()}
         self.reach = Reach(self.tree)
         self.checked = self.reach.checked()
         self._reached = {number: self.reach.reached(script.assertions[number].node) for number in self.verdicts}
@@ -117,15 +119,20 @@ class _Judge:
             script = self._load(tree)
         except ScriptError:
             return Mutant(change, "invalid")
-        checker = checking.checker_for(script, self._within(self._seconds), self._watch)
-        undecided = broken = False
+        checkers: dict[float, checking.GuardedChecker] = {}
+        broken, undecided = False, 0
         for number in order:
             assertion: Assertion = script.assertions[number]
-            result = checking.check(checker, assertion)
+            seconds = self._seconds[number]
+            if seconds not in checkers:
+                checkers[seconds] = checking.checker_for(script, self._within(seconds), self._watch)
+            result = checking.check(checkers[seconds], assertion)
             if result.verdict is Verdict.ERROR:
                 broken = True
             elif result.verdict is Verdict.UNKNOWN:
-                undecided = True
+                undecided += 1
+                if undecided == GIVEN_UP:
+                    break
             elif result.verdict is not self.verdicts[number]:
                 return Mutant(change, "noticed", assertion.text)
         # A process that cannot be evaluated any more is noticed whenever the script is checked.
@@ -137,8 +144,8 @@ class _Judge:
         classes = script.classes
         if classes is not None and classes.control and change.kind in ("predicate", "constant"):
             return False  # data, which this script does not look at
-        if any(classes is not None and script.readings(script.assertions[number].node) for number in numbers):
-            return False  # the machines have some values of many
+        if self.reach.is_axiom(change):
+            return False  # the constants that it leaves open are looked at for some values only
         version = Version(script, self._within(20.0, MOST_STATES))
         # The same ones again and again: each is looked at once.
         expressions = dict.fromkeys(part for number in numbers for part in subjects(script.assertions[number].node))
@@ -203,9 +210,11 @@ class Mutation:
             yield trial.judged()
 
     def sample(self, number: int, seed: int) -> Iterator[Mutant]:
-        """What becomes of a number of changes drawn by chance, without those after which there is no script any more."""
-        trials = self.changes()
-        random.Random(seed).shuffle(trials)
+        """What becomes of a number of changes drawn by chance, without those after which there is no script any more.
+
+        Each change has a lot of its own, so that a draw stays as it is when the scripts change elsewhere.
+        """
+        trials = sorted(self.changes(), key=lambda trial: _lot(trial.change, seed))
         found = 0
         for trial in trials:
             if found == number:
@@ -215,6 +224,13 @@ class Mutation:
             if mutant.fate != "invalid":
                 found += 1
                 yield mutant
+
+
+def _lot(change: Change, seed: int) -> bytes:
+    span = change.span
+    line = " ".join(span.source.line_text(span.line).split())
+    text = "\n".join([str(seed), os.path.basename(span.source.name), line, str(span.column), change.text])
+    return sha256(text.encode("utf-8", "surrogatepass")).digest()
 
 
 @dataclass(frozen=True, slots=True)

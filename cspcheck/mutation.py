@@ -190,6 +190,16 @@ class Reach:
                 nodes.append(assertion.implementation if isinstance(assertion, syntax.Refinement) else assertion)
         return self.reached(*nodes)
 
+    def is_axiom(self, change: Change) -> bool:
+        """Whether a change is in what is said of constants: of a class, or of the script."""
+        span = change.span
+        return any(
+            axiom.span.source is span.source and axiom.span.start <= span.start and span.end <= axiom.span.end
+            for declaration in self._declarations
+            for axiom in (declaration, *getattr(declaration, "paragraphs", ()))
+            if isinstance(axiom, oz.Axiom)
+        )
+
     def holding(self, change: Change) -> int | None:
         """The declaration that a change is in."""
         span = change.span

@@ -97,6 +97,7 @@ def command(**options: Any) -> None:
             interrupted = True
         finally:
             line.done()
+        found.sort(key=lambda mutant: (mutant.change.span.source.name, mutant.change.span.start))
         if options["form"] == "json":
             output.write(document(found, __version__, interrupted=interrupted) + "\n")
         else:
