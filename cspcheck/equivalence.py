@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 MOST_STATES = 100_000
 """Machines that are larger are not compared."""
 _COMPARISONS = ("==", "!=", "<", "<=", ">", ">=")
+_PREDICATES = (("empty",), ("null",), ("member",), ("elem",))
 
 
 class Version:
@@ -94,8 +95,8 @@ def subjects(assertion: syntax.Assertion) -> Iterator[tuple[str, bool]]:
             for part in _named(assertion.process):
                 yield print_expression(part), True
         case syntax.BooleanAssertion():
-            for part in _compared(assertion.condition):
-                yield print_expression(part), False
+            for value in _compared(assertion.condition):
+                yield "" if value is None else print_expression(value), False
         case oz.Obligations():
             yield f"{assertion.subject.name}::visible", True
         case oz.DataRefinement():
@@ -123,17 +124,23 @@ def _named(expression: syntax.Expr) -> Iterator[syntax.Expr]:
             yield expression
 
 
-def _compared(expression: syntax.Expr) -> Iterator[syntax.Expr]:
-    match expression:
+def _compared(condition: syntax.Expr) -> Iterator[syntax.Expr | None]:
+    """The values that a condition is about; None where it is only known to be true or false, which tells nothing."""
+    match condition:
         case syntax.Paren():
-            yield from _compared(expression.inner)
+            yield from _compared(condition.inner)
         case syntax.Unary():
-            yield from _compared(expression.operand)
-        case syntax.Binary() if expression.operator in ("and", "or", *_COMPARISONS):
-            yield from _compared(expression.left)
-            yield from _compared(expression.right)
+            yield from _compared(condition.operand)
+        case syntax.Binary() if condition.operator in ("and", "or"):
+            yield from _compared(condition.left)
+            yield from _compared(condition.right)
+        case syntax.Binary() if condition.operator in _COMPARISONS:
+            yield condition.left
+            yield condition.right
+        case syntax.Apply() if isinstance(condition.function, syntax.Name) and condition.function.parts in _PREDICATES:
+            yield from condition.arguments
         case _:
-            yield expression
+            yield None
 
 
 def equivalent(first: Version, second: Version, expressions: Sequence[tuple[str, bool]]) -> bool:
@@ -147,7 +154,7 @@ def equivalent(first: Version, second: Version, expressions: Sequence[tuple[str,
 
 
 def _same_value(first: Version, second: Version, text: str) -> bool:
-    value = first.value(text)
+    value = first.value(text) if text else None
     return value is not None and value == second.value(text)
 
 

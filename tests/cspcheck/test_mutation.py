@@ -140,6 +140,10 @@ Unasked = a -> STOP
 assert P(0) :[divergence free]
 assert Q |\\ {b} :[deadlock free]
 assert twice(0) == 0 and twice(1) == 2
+S = {1, 2, 3}
+few(s) = card(s) < 7
+assert not empty(S) and member(2, S)
+assert few(union(S, {9}))
 """)
     found = {(line, text): fate for (_, line, text), fate in fates(path).items()}
     assert found[2, "`2` becomes `3`"] == "equivalent"
@@ -149,6 +153,8 @@ assert twice(0) == 0 and twice(1) == 2
     assert found[4, "`[]` becomes `|~|` in `a -> Q [] a -> Q`"] == "equivalent"
     assert found[5, "the condition `n > 0` is always true"] == "equivalent"
     assert found[5, "`0` becomes `1`"] == "noticed"
+    # A condition that stays true tells nothing of what it is about.
+    assert found[10, "`1` becomes `0`"] == found[11, "`7` becomes `8`"] == "unnoticed"
     assert found[6, "nothing happens instead of `a`"] == "unnoticed"  # nobody asks
 
 
