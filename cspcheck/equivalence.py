@@ -1,14 +1,14 @@
 """Whether two versions of a script mean the same by what their assertions speak of.
 
 A mutant that no assertion notices may be no mistake at all. What decides is refinement both ways in failures and
-divergences, between the machines that the two versions give to one expression (Roscoe, Understanding Concurrent Systems,
-section 9.1). The machines are explicit: nothing that one script evaluated is mistaken for what the other one did.
+divergences, between the machines that the two versions give to one expression (Roscoe, Understanding Concurrent
+Systems, section 9.1). The machines are explicit: nothing that one script evaluated is mistaken for what the other did.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -50,18 +50,26 @@ class Version:
         """The script."""
         return self._script
 
-    def machine(self, text: str) -> Lts | None:
-        """The machine of a process; None where it is none, cannot be evaluated, is too large, or is
-        that of some values only."""
+    def machine(self, text: str, *, all_values: bool = False) -> Lts | None:
+        """The machine of a process; None where it is none, cannot be evaluated, or is too large, or where it has some
+        values only: of those that the script reads, unless *all_values* are meant, and never of those chosen for it."""
+        if all_values and self._readings(text):
+            return None
         if text not in self._machines:
             self._machines[text] = self._explored(text)
         return self._machines[text]
 
+    def _readings(self, text: str) -> tuple[str, ...]:
+        try:
+            return self._script.readings(self._script.assertion(f"({text}) :[deadlock free]").node)
+        except ScriptError:
+            return ()
+
     def _explored(self, text: str) -> Lts | None:
         classes = self._script.classes
         try:
-            if classes is not None and self._script.readings(self._script.assertion(f"({text}) :[deadlock free]").node):
-                return None  # the machine would have some values of many
+            if classes is not None and classes.chosen(self._readings(text)):
+                return None
             machine = self._checker.lts(self._script.process(text))
         except (ScriptError, Incomplete, MemoryError):
             return None
@@ -77,8 +85,12 @@ class Version:
         return self._values[text]
 
 
-def subjects(assertion: syntax.Assertion) -> Iterator[tuple[str, bool]]:
-    """What an assertion speaks of, as text, and whether it is a process: processes by name, with their arguments.
+Sort = Literal["process", "class", "value"]
+"""What an expression is: a process, a class of which all values count, or a value."""
+
+
+def subjects(assertion: syntax.Assertion) -> Iterator[tuple[str, Sort]]:
+    """What an assertion speaks of, as text, and what that is: processes by name, with their arguments.
 
     Looked for below operators, and in arguments that are processes themselves: what `P |\\ A` hides of P counts.
     """
@@ -90,19 +102,19 @@ def subjects(assertion: syntax.Assertion) -> Iterator[tuple[str, bool]]:
         case syntax.Refinement():
             for operand in (assertion.specification, assertion.implementation):
                 for part in _named(operand):
-                    yield print_expression(part), True
+                    yield print_expression(part), "process"
         case syntax.Property():
             for part in _named(assertion.process):
-                yield print_expression(part), True
+                yield print_expression(part), "process"
         case syntax.BooleanAssertion():
             for value in _compared(assertion.condition):
-                yield "" if value is None else print_expression(value), False
+                yield "" if value is None else print_expression(value), "value"
         case oz.Obligations():
-            yield f"{assertion.subject.name}::visible", True
+            yield f"{assertion.subject.name}::visible", "class"
         case oz.DataRefinement():
-            yield from ((f"{name.name}::visible", True) for name in (assertion.abstract, assertion.concrete))
+            yield from ((f"{name.name}::visible", "class") for name in (assertion.abstract, assertion.concrete))
         case oz.Subtype():
-            yield from ((f"{name.name}::visible", True) for name in (assertion.parent, assertion.child))
+            yield from ((f"{name.name}::visible", "class") for name in (assertion.parent, assertion.child))
 
 
 def _named(expression: syntax.Expr) -> Iterator[syntax.Expr]:
@@ -143,14 +155,31 @@ def _compared(condition: syntax.Expr) -> Iterator[syntax.Expr | None]:
             yield None
 
 
-def equivalent(first: Version, second: Version, expressions: Sequence[tuple[str, bool]]) -> bool:
-    """Whether it is shown that two versions mean the same by all expressions (of :func:`subjects`); False for none."""
+def equivalent(
+    first: Version,
+    second: Version,
+    expressions: Sequence[tuple[str, Sort]],
+    control: Callable[[], tuple[Version, Version]] | None = None,
+) -> bool:
+    """Whether it is shown that two versions mean the same by all expressions (of :func:`subjects`); False for none.
+
+    Args:
+        first, second: the versions.
+        expressions: what is compared.
+        control: the same versions without the data of classes, where nothing that data depends on differs: a class is
+            its control with its data beside it, and what is the same in that view is the same.
+    """
     if not expressions or _events(first.script) != _events(second.script):
         return False
-    return all(
-        _same_process(first, second, text) if process else _same_value(first, second, text)
-        for text, process in expressions
-    )
+
+    def same(text: str, sort: Sort) -> bool:
+        if sort == "value":
+            return _same_value(first, second, text)
+        if _same_process(first, second, text, all_values=sort == "class"):
+            return True
+        return control is not None and _same_process(*control(), text, all_values=False)
+
+    return all(same(text, sort) for text, sort in expressions)
 
 
 def _same_value(first: Version, second: Version, text: str) -> bool:
@@ -158,12 +187,12 @@ def _same_value(first: Version, second: Version, text: str) -> bool:
     return value is not None and value == second.value(text)
 
 
-def _same_process(first: Version, second: Version, text: str) -> bool:
+def _same_process(first: Version, second: Version, text: str, *, all_values: bool) -> bool:
     from cspcheck.checker.check import Checker
     from cspcheck.checker.semantics.machine_states import ExplicitMachine
     from cspcheck.cspm.process.terms import STOP
 
-    one, other = first.machine(text), second.machine(text)
+    one, other = (version.machine(text, all_values=all_values) for version in (first, second))
     if one is None or other is None or not all(map(_is_counted, (one, other), (first.script, second.script))):
         return False
     if one.root == other.root and all(

@@ -34,9 +34,9 @@ class Mutant:
 
     Attributes:
         change: what is different.
-        fate: ``noticed`` if the verdict of some assertion is another one; ``equivalent`` if none is, and it is shown that
-            nothing that they speak of is another one; ``unnoticed`` if all verdicts are the same otherwise; ``undecided``
-            if none differs as far as limits allow to tell; ``invalid`` if it is no script any more.
+        fate: ``noticed`` if the verdict of some assertion is another one; ``equivalent`` if none is, and it is shown
+            that nothing that they speak of is another one; ``unnoticed`` if all verdicts are the same otherwise;
+            ``undecided`` if none differs as far as limits allow to tell; ``invalid`` if it is no script any more.
         by: the assertion that noticed it.
     """
 
@@ -68,6 +68,7 @@ class _Judge:
         self._settings = settings
         self._watch = watch
         script = self._load(self.tree)
+        self._original_control: Version | None = None
         self._original = Version(script, self._within(20.0, MOST_STATES))
         asked = select(script.assertions, lines, patterns)
         numbers = [script.assertions.index(assertion) for assertion in asked]
@@ -89,14 +90,14 @@ class _Judge:
         self.checked = self.reach.checked()
         self._reached = {number: self.reach.reached(script.assertions[number].node) for number in self.verdicts}
 
-    def _load(self, tree: syntax.Script) -> Script:
+    def _load(self, tree: syntax.Script, view: Literal["control"] | None = None) -> Script:
         from cspcheck.cspm import notation, script
 
         return script.load(
             tree,
             overrides=self._settings.definitions,
             typecheck=self._settings.typecheck,
-            semantics=notation.ClassReading(self._settings.view, self._settings.outputs),
+            semantics=notation.ClassReading(view or self._settings.view, self._settings.outputs),
         )
 
     def _within(self, seconds: float, states: int | None = None) -> checking.Settings:
@@ -138,18 +139,26 @@ class _Judge:
         # A process that cannot be evaluated any more is noticed whenever the script is checked.
         if broken or undecided:
             return Mutant(change, "invalid" if broken else "undecided")
-        return Mutant(change, "equivalent" if self._is_equivalent(change, script, order) else "unnoticed")
+        return Mutant(change, "equivalent" if self._is_equivalent(change, tree, script, order) else "unnoticed")
 
-    def _is_equivalent(self, change: Change, script: Script, numbers: Sequence[int]) -> bool:
+    def _is_equivalent(self, change: Change, tree: syntax.Script, script: Script, numbers: Sequence[int]) -> bool:
         classes = script.classes
         if classes is not None and classes.control and change.kind in ("predicate", "constant"):
             return False  # data, which this script does not look at
         if self.reach.is_axiom(change):
             return False  # the constants that it leaves open are looked at for some values only
-        version = Version(script, self._within(20.0, MOST_STATES))
+        settings = self._within(20.0, MOST_STATES)
+        version = Version(script, settings)
+
+        def without_data() -> tuple[Version, Version]:
+            if self._original_control is None:
+                self._original_control = Version(self._load(self.tree, "control"), settings)
+            return self._original_control, Version(self._load(tree, "control"), settings)
+
+        control = without_data if classes is not None and self.reach.is_control(change) else None
         # The same ones again and again: each is looked at once.
         expressions = dict.fromkeys(part for number in numbers for part in subjects(script.assertions[number].node))
-        return equivalent(self._original, version, list(expressions))
+        return equivalent(self._original, version, list(expressions), control)
 
 
 class Mutation:

@@ -192,22 +192,33 @@ class Reach:
 
     def is_axiom(self, change: Change) -> bool:
         """Whether a change is in what is said of constants: of a class, or of the script."""
-        span = change.span
         return any(
-            axiom.span.source is span.source and axiom.span.start <= span.start and span.end <= axiom.span.end
+            _holds(axiom, change)
             for declaration in self._declarations
             for axiom in (declaration, *getattr(declaration, "paragraphs", ()))
             if isinstance(axiom, oz.Axiom)
         )
 
+    def is_control(self, change: Change) -> bool:
+        """Whether a change is in the process equations of a class, and so in nothing that its data depends on."""
+        return any(
+            _holds(equation, change)
+            for declaration in self._declarations
+            if isinstance(declaration, oz.Class)
+            for equation in declaration.equations
+        )
+
     def holding(self, change: Change) -> int | None:
         """The declaration that a change is in."""
-        span = change.span
         for i, declaration in enumerate(self._declarations):
-            around = declaration.span
-            if around.source is span.source and around.start <= span.start and span.end <= around.end:
+            if _holds(declaration, change):
                 return i
         return None
+
+
+def _holds(node: syntax.Node, change: Change) -> bool:
+    around, span = node.span, change.span
+    return around.source is span.source and around.start <= span.start and span.end <= around.end
 
 
 def _defined(declaration: syntax.Declaration) -> Iterator[str]:

@@ -40,10 +40,10 @@ def command(**options: Any) -> None:
     """Change scripts in one place after the other, and check their assertions on each of these mutants.
 
     A change after which every assertion has the verdict that it had before is told, unless it changes nothing: where
-    all processes that the assertions speak of have the failures and divergences that they had, it is equivalent. FILE:LINE
-    asks the assertion on that line alone; a folder stands for all scripts below it, and a change in a file that several
-    include is tried in each of them. Exit codes: 0 every change is noticed or equivalent; 1 one is not; 3 not decided;
-    5 nothing to change, or no assertion with a verdict.
+    all processes that the assertions speak of have the failures and divergences that they had, it is equivalent.
+    FILE:LINE asks the assertion on that line alone; a folder stands for all scripts below it, and a change in a file
+    that several include is tried in each of them. Exit codes: 0 every change is noticed or equivalent; 1 one is not;
+    3 not decided; 5 nothing to change, or no assertion with a verdict.
     """
     from cspcheck import __version__
     from cspcheck.cli.interrupt import Interrupts
