@@ -167,6 +167,8 @@ FINDING: Final = _object(
         "lines": LINES,
         "vacuous": FLAG,
         "vouched": TEXTS,
+        "hypotheses": TEXTS,
+        "missing": TEXTS,
         "scope": MAYBE_NUMBER,
         "seconds": SECONDS,
     }
