@@ -227,8 +227,8 @@ class D
     k < SIZE
     k' = k + 1
 end
-assert C :[obligations]
-assert D :[obligations]
+assert C :[state inhabited]
+assert D :[state inhabited]
 assert D :[divergence free]
 """)
     found = {(line, text): fate for (_, line, text), fate in fates(path, lines=(4, 9, 21, 28, 29)).items()}
