@@ -60,6 +60,8 @@ CLASS_KEYWORDS = (
     "retrieve",
     "schema",
     "const",
+    "lemma",
+    "using",
     "forall",
     "exists",
     "exists1",
