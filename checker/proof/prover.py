@@ -26,6 +26,7 @@ from cspcheck.checker.proof.lemmas import (
     rules_of,
     whole,
 )
+from cspcheck.checker.proof.normal import normal
 from cspcheck.checker.proof.prepared import lifted, prepared
 from cspcheck.checker.proof.question import (
     Answer,
@@ -215,7 +216,7 @@ class Prover:
         helping = rules(claims, self.solver.definedness)
         spoken = [rule.part(rule.body) for rule in helping]
         known = self.situation.with_constants((*parts, *spoken))[: -len(spoken) or None]
-        total = prepared(replace(part, total=True) for part in self._total(known))
+        total = [replace(part, term=normal(part.term), total=True) for part in self._total(known)]
         plain: list[Part] = []
         quantified: list[Rule] = []
         for part in total:
