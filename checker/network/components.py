@@ -13,6 +13,7 @@ from functools import partial
 
 import numpy as np
 
+from cspcheck.checker.collecting import seldom
 from cspcheck.checker.lts import Lts, machine, reachable
 from cspcheck.checker.semantics.growth import so_far
 from cspcheck.checker.semantics.machine_states import ExplicitMachine
@@ -142,7 +143,7 @@ class Machines:
                 raise MoreStates(met[:most])
             terms: list[Process] = []
             try:
-                with during(partial(so_far, terms, self._semantics.heads)):
+                with during(partial(so_far, terms, self._semantics.heads)), seldom():
                     found = self._known[key] = breadth_first(state, successors, most, self.poll, terms)
             except MoreStates as more:
                 self._too_big[key] = list(more.terms[:REMEMBERED])

@@ -9,6 +9,7 @@ what has not started stays a name.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from operator import attrgetter
 from typing import Any
 
 from cspcheck.checker.messages import endless_unfolding, unguarded_recursion
@@ -17,6 +18,7 @@ from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.process.terms import (
     Compressed,
     External,
+    ExternalChoice,
     Fused,
     Hide,
     Operands,
@@ -34,6 +36,14 @@ MAXIMAL_UNFOLDING = 50_000
 def unfolded(process: Process) -> Operands:
     """The operands that must be in head normal form for a term to be: the running ones, and what functions follow."""
     return (process.process,) if isinstance(process, External) else process.active()
+
+
+def all_begun(operands: Operands) -> bool:
+    """Whether nothing runs inside any of some operands: prefixes and their like."""
+    return not any(map(_has_active, operands))
+
+
+_has_active = attrgetter("has_active")
 
 
 class HeadNormalForms:
@@ -65,9 +75,11 @@ class HeadNormalForms:
         if isinstance(process, Reference):
             # By far the most frequent case: a name for something that begins with an event.
             body = process.body()
-            if not body.has_active:
+            if not body.has_active or (type(body) is ExternalChoice and all_begun(body.operands)):
                 self._call(body, process)
                 self._known[process] = body
+                if body.has_active:
+                    self._known[body] = body
                 return body
         return self._find(process)
 

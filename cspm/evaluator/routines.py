@@ -13,11 +13,12 @@ from cspcheck.cspm.evaluator.core import PROCESS_TYPES
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.evaluator.free import mentioned
 from cspcheck.cspm.evaluator.fusion import fused_body
-from cspcheck.cspm.evaluator.keys import Failed, Itself, key_of
+from cspcheck.cspm.evaluator.keys import Failed, Itself, key_of, native
 from cspcheck.cspm.evaluator.patterns import Matcher, compile_pattern, is_variable
 from cspcheck.cspm.evaluator.sorts import Sort
 from cspcheck.cspm.interruption import Stopped
 from cspcheck.cspm.naming.symbols import Symbol
+from cspcheck.cspm.process.hash_consing import Entry
 from cspcheck.cspm.process.terms import Definition, Process, Reference
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
@@ -52,6 +53,7 @@ class Routine:
         "clauses",
         "enter",
         "enter_process",
+        "entries",
         "evaluator",
         "frame",
         "groups",
@@ -90,6 +92,8 @@ class Routine:
         self.thunk: Thunk | None = None
         self._plan: tuple[int, ...] | None = None
         self._constant: Reference | None = None
+        self.entries: dict[Any, Entry] = {}
+        """The references to the definition that anyone has, by the values around it and its arguments."""
 
     # --- running --------------------------------------------------------------------------------------------
 
@@ -120,9 +124,34 @@ class Routine:
         return counted
 
     def _first_process(self, env: Env) -> Process:
-        code: Callable[[Env], Process] = self._compile(self.evaluator.process, self.strict or (False,) * self.width)
+        strict = self.strict or (False,) * self.width
+        code: Callable[[Env], Process] = self._compile(self.evaluator.process, strict)
         self.enter_process = code
+        if self.groups and self.frame.timing is None and self.evaluator.sorts.types is not None:
+            self.enter_process = self._until_hot_process(code)
         return code(env)
+
+    def _until_hot_process(self, code: Callable[[Env], Process]) -> Callable[[Env], Process]:
+        """*code* for the first unfoldings, and then the same with its bodies fused."""
+        from cspcheck.cspm.evaluator.fused_processes import fused_process
+
+        calls = 0
+        parameters = self.frame.size, self.width
+
+        def fused(body: syntax.Expr, frame: Frame) -> Callable[[Env], Process]:
+            return fused_process(self.evaluator, body, frame, parameters, self.evaluator.process(body, frame))
+
+        def counted(env: Env) -> Process:
+            nonlocal calls
+            calls += 1
+            if calls > HOT:
+                if self.enter_process is counted:
+                    # References have their arguments evaluated; where one cannot be, the closures are entered.
+                    self.enter_process = self._compile(fused, (True,) * self.width)
+                return self.enter_process(env)
+            return code(env)
+
+        return counted
 
     def _compile(self, compile_body: Callable[[syntax.Expr, Frame], Code], strict: tuple[bool, ...]) -> Code:
         start = self.frame.size
@@ -188,7 +217,7 @@ class Routine:
         plan = self._plan
         if plan is None:
             plan = self._plan = self._find_plan()
-        return tuple([key_of(env[slot], level) for slot in plan]) if plan else ()
+        return tuple([native(key_of(env[slot], level)) for slot in plan]) if plan else ()
 
     def _find_plan(self) -> tuple[int, ...]:
         """The positions of the variables that the definition depends on, through the local definitions it uses.
@@ -248,7 +277,7 @@ class Routine:
         if not arguments and not self.frame.size:
             constant = self._constant
             if constant is None:
-                constant = self._constant = self._refer((self, (), ()), base, (), body)
+                constant = self._constant = self.refer((), base, (), body)
             return constant
         values: list[Any] = []
         keys: list[Any] = []
@@ -258,17 +287,31 @@ class Routine:
                 values.append(argument)
                 continue
             key = key_of(argument)
-            keys.append(key)
+            keys.append(native(key))
             values.append(argument if type(key) is Failed or type(key) is Itself else key)
-        captured = self.captured(base) if self.frame.size else ()
-        return self._refer((self, captured, tuple(keys)), base, tuple(values), body)
+        return self.refer(tuple(keys), base, tuple(values), body)
 
-    def _refer(self, key: Any, base: Env, arguments: Env, body: Process | None) -> Reference:
-        return Reference(key, Use(self, key, base, arguments, body))
+    def refer(self, keys: Any, base: Env, arguments: Env, body: Process | None = None) -> Reference:
+        """The reference for *arguments*, evaluated through and through, which these *keys* stand for (``native``)."""
+        key = (self.captured(base), keys) if self.frame.size else keys
+        entry = self.entries.get(key)
+        if entry is not None:
+            found: Reference | None = entry()
+            if found is not None:
+                return found
+        reference = Reference.fresh((self, key), Use(self, key, base, arguments, body))
+        entry = self.entries[key] = Entry(reference, self._forget)
+        entry.key = key
+        return reference
+
+    def _forget(self, entry: Entry) -> None:
+        """Drop the entry of a reference that nobody has any more, unless another has taken its place."""
+        if self.entries.get(entry.key) is entry:
+            del self.entries[entry.key]
 
     def unfold(self, use: Use, text: Callable[[], str], env: Env) -> Process:
         """The term of a reference: its body, which the use keeps, and while that is a reference, that one's term."""
-        key = use.key
+        key = (self, use.key)
         unfolding = self.evaluator.unfolding
         if key in unfolding:
             names = [name() for name in list(unfolding.values())[list(unfolding).index(key) :]]

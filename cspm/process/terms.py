@@ -486,35 +486,40 @@ class Reference(Process):
 
     has_active: ClassVar[bool] = True
     key: Hashable
+    _definition: Definition
+    _body: Process | None
 
     def __init__(self, key: Hashable, definition: Definition) -> None:
         object.__setattr__(self, "key", key)
         object.__setattr__(self, "_definition", definition)
         object.__setattr__(self, "_body", None)
 
+    @classmethod
+    def fresh(cls, key: Hashable, definition: Definition) -> Reference:
+        """A reference of which the caller knows that there is none with this key: who makes all of them sees to it."""
+        reference = cls.__new__(cls)
+        cls.__init__(reference, key, definition)
+        return reference
+
     @property
     def text(self) -> str:
         """The name with its arguments, as a person would write it."""
-        definition: Definition = object.__getattribute__(self, "_definition")
-        return definition.text
+        return self._definition.text
 
     @property
     def name(self) -> str:
         """The name of what the reference is a state of."""
-        definition: Definition = object.__getattribute__(self, "_definition")
-        return definition.name
+        return self._definition.name
 
     @property
     def variables(self) -> Mapping[str, str]:
         """The variables of the state that the reference is."""
-        definition: Definition = object.__getattribute__(self, "_definition")
-        return definition.variables
+        return self._definition.variables
 
     @property
     def span(self) -> Span | None:
         """Where the name is defined."""
-        definition: Definition = object.__getattribute__(self, "_definition")
-        return definition.span
+        return self._definition.span
 
     def body(self) -> Process:
         """The term that the name stands for; never a reference again if the evaluator made this one.
@@ -522,10 +527,9 @@ class Reference(Process):
         Raises:
             ScriptError: the definition cannot be evaluated.
         """
-        body: Process | None = object.__getattribute__(self, "_body")
+        body = self._body
         if body is None:
-            definition: Definition = object.__getattribute__(self, "_definition")
-            body = definition.evaluate()
+            body = self._definition.evaluate()
             object.__setattr__(self, "_body", body)
         return body
 
