@@ -72,6 +72,8 @@ class Evaluator:
         self.routines: dict[Any, Any] = {}
         """The routine of each definition that is local to some expression, by node and unit."""
         self.free_variables: dict[int, frozenset[Any]] = {}
+        self.menus_open = 0
+        """How many menus of processes are being worked out, one for another."""
         self._active = False
 
     def forget(self, root: syntax.Node, frame: Frame) -> None:

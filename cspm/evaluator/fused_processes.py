@@ -25,19 +25,25 @@ from cspcheck.cspm.evaluator.prefixes import MOST_BRANCHES
 from cspcheck.cspm.evaluator.processes import chain
 from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
 from cspcheck.cspm.process.construction import external_choice
-from cspcheck.cspm.process.terms import STOP, Prefix, Process
+from cspcheck.cspm.process.terms import STOP, Menu, Prefix, Process, Reference
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.values.dots import ChannelHead, Dotted, Event, Head, dot
 from cspcheck.cspm.values.failure import Failure
+from cspcheck.cspm.values.set_algebra import difference, intersection, union
 from cspcheck.cspm.values.sets import FiniteSet, Set
-from cspcheck.cspm.values.thunks import Code, Env, Thunk
+from cspcheck.cspm.values.thunks import Env, Thunk
 from cspcheck.cspm.values.values import Boolean, Sequence, deep
 
 if TYPE_CHECKING:
     from cspcheck.cspm.evaluator.core import Evaluator
+    from cspcheck.cspm.evaluator.routines import Routine
+    from cspcheck.cspm.evaluator.units import Unit
 
 MOST_INPUTS = 1 << 12
 """A field that takes more values than this is left to the closures, which need not list them."""
+
+MOST_OPEN = 15
+"""A menu that needs that of another process that needs a third, so many of them, is left to their terms."""
 
 ProcessCode = Callable[[Env], Process]
 
@@ -51,6 +57,11 @@ class ProcessFuser(Fuser):
 
     Failures need no places here: the closures find them again.
     """
+
+    def __init__(self, evaluator: Evaluator, unit: Unit) -> None:
+        super().__init__(evaluator)
+        self.unit = unit
+        self.fusion.objects |= _HELPERS
 
     def process(self, node: syntax.Expr, place: FusedPlace, depth: int = 0) -> str:
         """Text for *node* as a process term."""
@@ -80,7 +91,7 @@ class ProcessFuser(Fuser):
                 return text
         return f"{self.fusion.object(self.evaluator.process(node, place.frame))}({place.env})"
 
-    def _replicated(self, node: syntax.Replicated, place: FusedPlace, depth: int) -> str | None:
+    def _replicated(self, node: syntax.Replicated, place: FusedPlace, depth: int, *, menu: bool = False) -> str | None:
         first = node.statements[0]
         if not isinstance(first, syntax.Generator):
             return None
@@ -92,12 +103,53 @@ class ProcessFuser(Fuser):
         if found is None:
             return None
         text, inside = found
+        if menu:
+            return f"joined([{self.menu(node.body, inside, depth + 1, operand=True)}{text}])"
         return f"choice([{self.process(node.body, inside, depth + 1)}{text}])"
 
     def _items(self, source: syntax.Expr, place: FusedPlace) -> str:
         """Text for the list of what a generator ranges over, by a closure: it must bind no names."""
-        value = self.evaluator.value(source, place.frame)
-        return f"{self.fusion.object(_listing(value))}({place.env})"
+        return self._listed_by("listing", source, place)
+
+    def _listed_by(self, way: str, source: syntax.Expr, place: FusedPlace) -> str:
+        """Text for the list that a helper makes of the value of *source*.
+
+        Python allows no names to be bound in what a comprehension ranges over: text that does is a closure instead.
+        """
+        text = self.value(source, place)
+        if ":=" in text:
+            text = f"{self.fusion.object(self.evaluator.value(source, place.frame))}({place.env})"
+        return f"{way}({text})"
+
+    # --- menus ----------------------------------------------------------------------------------------------
+
+    def menu(self, node: syntax.Expr, place: FusedPlace, depth: int = 0, *, operand: bool = False) -> str:
+        """Text for the menu of *node*; *operand*: for the groups of an operand of a choice, none for STOP."""
+        while isinstance(node, syntax.Paren):
+            node = node.inner
+        if depth < DEEPEST:
+            match node:
+                case syntax.Guard():
+                    body = self.menu(node.body, place, depth + 1, operand=operand)
+                    return f"({body} if {self.test(node.condition, place, depth + 1)} else ())"
+                case syntax.If():
+                    then = self.menu(node.then, place, depth + 1, operand=operand)
+                    otherwise = self.menu(node.otherwise, place, depth + 1, operand=operand)
+                    return f"({then} if {self.test(node.condition, place, depth + 1)} else {otherwise})"
+                case syntax.ProcessBinary(operator="[]"):
+                    self.fusion.gain += 1
+                    groups = [self.menu(part, place, depth + 1, operand=True) for part in chain(node)]
+                    return f"({' + '.join(groups)})"
+                case syntax.Replicated(operator="[]"):
+                    text = self._replicated(node, place, depth, menu=True)
+                    if text is not None:
+                        return text
+                case syntax.Prefix():
+                    text = self._prefix(node, place, depth, menu=True)
+                    if text is not None:
+                        self.fusion.gain += 1
+                        return text
+        return f"{'groups' if operand else 'whole'}({self.process(node, place, depth)})"
 
     # --- mentions of processes ------------------------------------------------------------------------------
 
@@ -142,23 +194,23 @@ class ProcessFuser(Fuser):
             v = self._fresh("v")
             plain = f"{a}.items if type({a} := {v} if type({v} := {text}) is FiniteSet else deep({v})) is FiniteSet"
             return f"({plain} else {a})", a
+        if isinstance(kind, types.SequenceOf | types.MapOf):
+            return f"(({a} := {text})._native or {a}.native)", a
         return f"native({a} := deep({text}))", a
 
     def _is_atom(self, node: syntax.Expr) -> bool:
         """Whether the value is certainly one that is evaluated through and through and its own key."""
-        from cspcheck.cspm.typing import types
-
-        return self.type_of(node) in (types.INT, types.BOOL, types.CHAR)
+        return self._is_plain(node)
 
     # --- prefixes -------------------------------------------------------------------------------------------
 
-    def _prefix(self, node: syntax.Prefix, place: FusedPlace, depth: int) -> str | None:
+    def _prefix(self, node: syntax.Prefix, place: FusedPlace, depth: int, *, menu: bool = False) -> str | None:
         """Text for a prefix whose fields are outputs of plain values and inputs of plain variables."""
         parts = dot_parts(node.channel)
         name = parts[0]
         if not isinstance(name, syntax.Name) or self.evaluator.names.symbol(name).kind is not SymbolKind.CHANNEL:
             return None
-        head = place.frame.unit.head(self.evaluator.names.symbol(name))
+        head = self.unit.head(self.evaluator.names.symbol(name))
         if not isinstance(head, ChannelHead) or len(parts) - 1 + len(node.fields) != head.arity:
             return None
         outputs = [*parts[1:], *[field.expression for field in node.fields if field.expression is not None]]
@@ -166,11 +218,19 @@ class ProcessFuser(Fuser):
             return None
         if len(outputs) == head.arity:
             body = self.process(node.body, place, depth + 1)
-            return f"one({self._event(head, [self.value(output, place, depth + 1) for output in outputs])}, {body})"
-        return self._inputs(node, head, parts[1:], place, depth)
+            event = self._event(head, [self.value(output, place, depth + 1) for output in outputs])
+            return f"((({event}, {body}),),)" if menu else f"one({event}, {body})"
+        return self._inputs(node, head, parts[1:], place, depth, menu=menu)
 
     def _inputs(
-        self, node: syntax.Prefix, head: ChannelHead, outputs: Items[syntax.Expr], place: FusedPlace, depth: int
+        self,
+        node: syntax.Prefix,
+        head: ChannelHead,
+        outputs: Items[syntax.Expr],
+        place: FusedPlace,
+        depth: int,
+        *,
+        menu: bool,
     ) -> str | None:
         used = mentioned(node.body, self.evaluator.names, self.evaluator.free_variables)
         # In comprehensions nested text may not be evaluated before the loops: outputs in front are, by need, repeated.
@@ -203,8 +263,10 @@ class ProcessFuser(Fuser):
             # Evaluated once for all events, and for none if there is none.
             numbers = self._fresh("n")
             body = self.process(node.body, place, depth + 1)
-            return f"(same({numbers}, {body}) if ({numbers} := [{event}{loops}]) else STOP)"
-        return f"several([({event}, {self.process(node.body, inside, depth + 1)}){loops}])"
+            alike = f"same_group({numbers}, {body})" if menu else f"same({numbers}, {body})"
+            return f"({alike} if ({numbers} := [{event}{loops}]) else {'()' if menu else 'STOP'})"
+        several = "several_group" if menu else "several"
+        return f"{several}([({event}, {self.process(node.body, inside, depth + 1)}){loops}])"
 
     def _input_values(self, field: syntax.Field, head: ChannelHead, position: int, place: FusedPlace) -> str | None:
         """Text for the list of the values of an input, without names bound."""
@@ -218,8 +280,14 @@ class ProcessFuser(Fuser):
         kind = self.type_of(field.restriction)
         if not isinstance(kind, types.SetOf) or not self._is_plain_type(types.resolve(kind.element)):
             return None
-        value = self.evaluator.value(field.restriction, place.frame)
-        return f"{self.fusion.object(_members(value))}({place.env})"
+        only = field.restriction
+        while isinstance(only, syntax.Paren):
+            only = only.inner
+        if isinstance(only, syntax.SetExpr) and only.statements is None and len(only.items) == 1:
+            text = self.value(only.items[0], place)
+            if ":=" not in text:
+                return f"({text},)"
+        return self._listed_by("members", field.restriction, place)
 
     def _event(self, head: ChannelHead, fields: Items[str]) -> str:
         """Text for the number of an event."""
@@ -237,7 +305,7 @@ class ProcessFuser(Fuser):
 
     def _is_plain(self, node: syntax.Expr) -> bool:
         """Whether the value is one field whatever stands around it, and equal values are one key to look up."""
-        return self._is_plain_type(self.type_of(node))
+        return self._is_plain_type(self.type_of(node)) or self._whole(node) is not None
 
     def _is_plain_type(self, kind: Any) -> bool:
         from cspcheck.cspm.typing import types
@@ -254,7 +322,9 @@ class ProcessFuser(Fuser):
             match node:
                 case syntax.Unary(operator="#") if isinstance(self.type_of(node.operand), types.SequenceOf):
                     self.fusion.gain += 1
-                    return f"len({self.value(node.operand, place, depth + 1)})"
+                    q = self._fresh("s")
+                    operand = self.value(node.operand, place, depth + 1)
+                    return f"({q}._end if ({q} := {operand})._rest is None else len({q}))"
                 case syntax.SetExpr(statements=None) if node.items and self._is_plain(node.items[0]):
                     self.fusion.gain += 1
                     items = [self.value(item, place, depth + 1) for item in node.items]
@@ -268,30 +338,45 @@ class ProcessFuser(Fuser):
                 case syntax.Name():
                     symbol = self.evaluator.names.symbol(node)
                     if symbol.kind is SymbolKind.CONSTRUCTOR and isinstance(self.type_of(node), types.Datatype):
-                        value = place.frame.unit.head(symbol).value
+                        value = self.unit.head(symbol).value
                         if type(value) is Dotted and value.complete:
                             return self.fusion.object(value)
         return super().value(node, place, depth)
 
-    def _dotted(self, node: syntax.Dot, place: FusedPlace, depth: int) -> str | None:
-        """Text for a constructor with plain fields."""
-        from cspcheck.cspm.typing import types
+    def delayed(self, node: syntax.Expr, place: FusedPlace, depth: int = 0) -> str:
+        """Text for the value of *node* or a thunk of it."""
+        while isinstance(node, syntax.Paren):
+            node = node.inner
+        if isinstance(node, syntax.Name) and self.evaluator.names.symbol(node) in place.frame.evaluated:
+            return place.variable(place.frame.slots[self.evaluator.names.symbol(node)])
+        return super().delayed(node, place, depth)
 
+    def _dotted(self, node: syntax.Dot, place: FusedPlace, depth: int) -> str | None:
+        """Text for a constructor with all its fields, each of which is plain."""
+        head = self._whole(node)
+        if head is None:
+            return None
+        self.fusion.gain += 1
+        found, key = self._fresh("d"), self._fresh("f")
+        fields = [self.value(part, place, depth + 1) for part in dot_parts(node)[1:]]
+        there = f"({found} := {self.fusion.object(head.known.get)}({key} := ({', '.join(fields)},))) is not None"
+        return f"({found} if {there} else {self.fusion.object(_building(head))}({key}))"
+
+    def _whole(self, node: syntax.Expr) -> Head | None:
+        """The constructor whose complete value *node* certainly is, with dots between it and its plain fields."""
+        while isinstance(node, syntax.Paren):
+            node = node.inner
+        if not isinstance(node, syntax.Dot):
+            return None
         parts = dot_parts(node)
         name = parts[0]
-        if not isinstance(name, syntax.Name) or not isinstance(self.type_of(node), types.Datatype):
+        if not isinstance(name, syntax.Name):
             return None
         symbol = self.evaluator.names.symbol(name)
         if symbol.kind is not SymbolKind.CONSTRUCTOR or not all(self._is_plain(part) for part in parts[1:]):
             return None
-        head = place.frame.unit.head(symbol)
-        if len(parts) - 1 != head.arity:
-            return None
-        self.fusion.gain += 1
-        found, key = self._fresh("d"), self._fresh("f")
-        fields = [self.value(part, place, depth + 1) for part in parts[1:]]
-        there = f"({found} := {self.fusion.object(head.known.get)}({key} := ({', '.join(fields)},))) is not None"
-        return f"({found} if {there} else {self.fusion.object(_building(head))}({key}))"
+        head = self.unit.head(symbol)
+        return head if len(parts) - 1 == head.arity else None
 
     def _comparison(self, node: syntax.Binary, place: FusedPlace, depth: int) -> str:
         from cspcheck.cspm.typing import types
@@ -322,7 +407,9 @@ class ProcessFuser(Fuser):
         given = [
             ways[kind](argument, place, depth + 1) for kind, argument in zip(known.kinds, node.arguments, strict=True)
         ]
-        return f"{self.fusion.object(known.call)}({', '.join(given)})"
+        # The types are known, so what makes sure of them can be left out.
+        function = self.fusion.object(_OF_SETS.get(known.name, known.call))
+        return f"{function}({', '.join(given)})"
 
 
 # --- what fused functions call -------------------------------------------------------------------------------
@@ -332,24 +419,60 @@ def _one(number: int, then: Process) -> Process:
     return Prefix(((number, then),))
 
 
-def _several(branches: list[tuple[int, Process]]) -> Process:
+def _several_group(branches: list[tuple[int, Process]]) -> Menu:
     if not branches:
-        return STOP
+        return ()
     if len(branches) > 1:
         if len(branches) > MOST_BRANCHES:
             raise Retreat
         branches.sort(key=_number)
-    return Prefix(tuple(branches))
+    return (tuple(branches),)
+
+
+def _several(branches: list[tuple[int, Process]]) -> Process:
+    group = _several_group(branches)
+    return Prefix(group[0]) if group else STOP
 
 
 def _number(branch: tuple[int, Process]) -> int:
     return branch[0]
 
 
-def _same(numbers: list[int], then: Process) -> Process:
+def _same_group(numbers: list[int], then: Process) -> Menu:
     if len(numbers) > MOST_BRANCHES:
         raise Retreat
-    return Prefix(tuple([(number, then) for number in sorted(numbers)]))
+    return (tuple([(number, then) for number in sorted(numbers)]),)
+
+
+def _same(numbers: list[int], then: Process) -> Process:
+    return Prefix(_same_group(numbers, then)[0])
+
+
+class NoMenu(Exception):
+    """This process does more than to offer events, or nobody knows before its term is made."""
+
+
+def _whole(process: Process) -> Menu:
+    """The menu of a process."""
+    if type(process) is Prefix:
+        return (process.branches,)
+    if type(process) is Reference:
+        found = process.menu()
+        if found is not None:
+            return found
+    raise NoMenu
+
+
+def _groups(operand: Process) -> Menu:
+    """What an operand adds to the menu of a choice: a choice that has a name stays one by itself."""
+    if operand is STOP:
+        return ()
+    found = _whole(operand)
+    return found if len(found) == 1 else (found,)
+
+
+def _joined(menus: list[Menu]) -> Menu:
+    return tuple([group for menu in menus for group in menu])
 
 
 def _is_one_field(value: Any) -> bool:
@@ -357,26 +480,20 @@ def _is_one_field(value: Any) -> bool:
     return type(value) in (int, str, Boolean) or (type(value) is Dotted and value.complete)
 
 
-def _listing(code: Code) -> Callable[[Env], list[Any]]:
-    def listing(env: Env) -> list[Any]:
-        found = code(env)
-        if isinstance(found, Set):
-            return found.elements()
-        if type(found) is Sequence:
-            return found.items()
-        raise Retreat
-
-    return listing
+def _listing(found: Any) -> list[Any]:
+    """What a generator ranges over."""
+    if isinstance(found, Set):
+        return found.elements()
+    if type(found) is Sequence:
+        return found.items()
+    raise Retreat
 
 
-def _members(code: Code) -> Callable[[Env], list[Any]]:
-    def members(env: Env) -> list[Any]:
-        found = code(env)
-        if type(found) is FiniteSet or (isinstance(found, Set) and found.is_finite()):
-            return found.elements()
-        raise Retreat
-
-    return members
+def _members(found: Any) -> list[Any]:
+    """The values of an input with a set of its own."""
+    if type(found) is FiniteSet or (isinstance(found, Set) and found.is_finite()):
+        return found.elements()
+    raise Retreat
 
 
 def _building(head: Head) -> Callable[[Env], Any]:
@@ -408,54 +525,95 @@ def _numbering(head: ChannelHead) -> Callable[[Env], int]:
     return number
 
 
-def fused_process(
-    evaluator: Evaluator, body: syntax.Expr, frame: Frame, parameters: tuple[int, int], closure: ProcessCode
-) -> ProcessCode:
-    """*closure*, the code of a process's body, as one function if that saves calls.
+_OF_SETS: dict[str, Callable[..., Any]] = {"union": union, "diff": difference, "inter": intersection}
+_HELPERS: dict[str, Any] = {
+    "FiniteSet": FiniteSet,
+    "STOP": STOP,
+    "append": append,
+    "choice": external_choice,
+    "deep": deep,
+    "frozenset": frozenset,
+    "groups": _groups,
+    "joined": _joined,
+    "len": len,
+    "listing": _listing,
+    "members": _members,
+    "native": native,
+    "one": _one,
+    "same": _same,
+    "same_group": _same_group,
+    "several": _several,
+    "several_group": _several_group,
+    "whole": _whole,
+}
 
-    Args:
-        evaluator: that of the script.
-        body: what follows the equals sign.
-        frame: the variables in scope.
-        parameters: where the parameters begin among these, and how many there are: plain variables among them are
-            taken for evaluated.
-        closure: what is asked where the function cannot go on, and from then on.
-    """
-    start, width = parameters
-    fuser = ProcessFuser(evaluator)
-    fusion = fuser.fusion
-    fusion.objects |= {
-        "FiniteSet": FiniteSet,
-        "STOP": STOP,
-        "append": append,
-        "choice": external_choice,
-        "deep": deep,
-        "frozenset": frozenset,
-        "len": len,
-        "native": native,
-        "one": _one,
-        "same": _same,
-        "several": _several,
-    }
+
+def fused_process(evaluator: Evaluator, body: syntax.Expr, frame: Frame) -> ProcessCode:
+    """What gives the term of a process's body; its plain parameters must be given without thunks."""
+    fuser = ProcessFuser(evaluator, frame.unit)
     try:
         text = fuser.process(body, FusedPlace(frame, frame.size))
     except (Failure, Retreat):  # a declaration is amiss
-        return closure
-    if fusion.gain < 1:
-        return closure
-    fused = fusion.compiled("env", f"    return {text}\n")
-    if fused is None:
-        return closure
-    run: ProcessCode = fused
-    end = start + width
+        text = ""
+    fused = fuser.fusion.compiled("env", f"    return {text}\n") if text and fuser.fusion.gain else None
+    return fused or evaluator.process(body, frame)
 
-    def guarded(env: Env) -> Process:
-        nonlocal run
+
+def with_terms(routine: Routine, fused: ProcessCode, closures: ProcessCode) -> ProcessCode:
+    """*fused* where the arguments have no thunks, and *closures* elsewhere, and from then on where it fails."""
+    start = routine.frame.size
+    end = start + routine.width
+
+    def enter(env: Env) -> Process:
         if Thunk not in map(type, env[start:end]):
             try:
-                return run(env)
+                return fused(env)
             except (Failure, Retreat, ZeroDivisionError):
-                run = closure
-        return closure(env)
+                routine.enter_process = closures
+        return closures(env)
 
-    return guarded
+    return enter
+
+
+def fused_menu(evaluator: Evaluator, body: syntax.Expr, frame: Frame) -> Callable[[Env], Menu]:
+    """What gives the menu of a process's body; it raises ``NoMenu`` where that has none."""
+    fuser = ProcessFuser(evaluator, frame.unit)
+    try:
+        text = fuser.menu(body, FusedPlace(frame, frame.size))
+    except (Failure, Retreat):
+        return _no_menu
+    return fuser.fusion.compiled("env", f"    return {text}\n") or _no_menu
+
+
+def _no_menu(env: Env) -> Menu:
+    raise NoMenu
+
+
+def with_menus(routine: Routine, menu: Callable[[Env], Menu]) -> Callable[[Env], Menu | None]:
+    """*menu* with None for what has none; given up where the definition turns out to have none as a rule."""
+    start = routine.frame.size
+    end = start + routine.width
+    evaluator = routine.evaluator
+    given = missed = 0
+
+    def enter(env: Env) -> Menu | None:
+        nonlocal given, missed
+        if Thunk in map(type, env[start:end]) or evaluator.menus_open > MOST_OPEN:
+            return None
+        evaluator.menus_open += 1
+        try:
+            found = menu(env)
+            given += 1
+        except NoMenu:
+            missed += 1
+            if missed > 100 + given:
+                routine.enter_menu = None
+            return None
+        except (Failure, Retreat, ZeroDivisionError):
+            routine.enter_menu = None
+            return None
+        finally:
+            evaluator.menus_open -= 1
+        return found or None
+
+    return enter

@@ -19,7 +19,7 @@ from cspcheck.cspm.evaluator.sorts import Sort
 from cspcheck.cspm.interruption import Stopped
 from cspcheck.cspm.naming.symbols import Symbol
 from cspcheck.cspm.process.hash_consing import Entry
-from cspcheck.cspm.process.terms import Definition, Process, Reference
+from cspcheck.cspm.process.terms import Definition, Menu, Process, Reference
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.values import messages as messages
@@ -52,6 +52,7 @@ class Routine:
         "_plan",
         "clauses",
         "enter",
+        "enter_menu",
         "enter_process",
         "entries",
         "evaluator",
@@ -89,6 +90,8 @@ class Routine:
         self.known_process = sort is Sort.PROCESS
         self.enter: Code = self._first_value
         self.enter_process: Callable[[Env], Process] = self._first_process
+        self.enter_menu: Callable[[Env], Menu | None] | None = None
+        """Gives the menu of the process, where it has one; None as long as the definition is not fused."""
         self.thunk: Thunk | None = None
         self._plan: tuple[int, ...] | None = None
         self._constant: Reference | None = None
@@ -133,13 +136,10 @@ class Routine:
 
     def _until_hot_process(self, code: Callable[[Env], Process]) -> Callable[[Env], Process]:
         """*code* for the first unfoldings, and then the same with its bodies fused."""
-        from cspcheck.cspm.evaluator.fused_processes import fused_process
+        from cspcheck.cspm.evaluator.fused_processes import fused_menu, fused_process, with_menus, with_terms
 
         calls = 0
-        parameters = self.frame.size, self.width
-
-        def fused(body: syntax.Expr, frame: Frame) -> Callable[[Env], Process]:
-            return fused_process(self.evaluator, body, frame, parameters, self.evaluator.process(body, frame))
+        evaluator = self.evaluator
 
         def counted(env: Env) -> Process:
             nonlocal calls
@@ -147,7 +147,11 @@ class Routine:
             if calls > HOT:
                 if self.enter_process is counted:
                     # References have their arguments evaluated; where one cannot be, the closures are entered.
-                    self.enter_process = self._compile(fused, (True,) * self.width)
+                    strict = (True,) * self.width
+                    terms = self._compile(lambda body, frame: fused_process(evaluator, body, frame), strict)
+                    self.enter_process = with_terms(self, terms, code)
+                    menus = self._compile(lambda body, frame: fused_menu(evaluator, body, frame), strict)
+                    self.enter_menu = with_menus(self, menus)
                 return self.enter_process(env)
             return code(env)
 
@@ -391,6 +395,17 @@ class Use(Definition):
         if term is None:
             term = self.routine.enter_process(self.base + self.routine.prepared(self.arguments))
         return term.variables if type(term) is Reference else {}
+
+    def menu(self) -> Menu | None:
+        """What the process offers, as long as its term has not been made."""
+        routine = self.routine
+        if routine.enter_menu is None or self.body is not None:
+            return None
+        return routine.evaluator.run(self._menu)
+
+    def _menu(self) -> Menu | None:
+        enter = self.routine.enter_menu
+        return None if enter is None else enter(self.base + self.arguments)
 
     def evaluate(self) -> Process:
         """The term of the body."""

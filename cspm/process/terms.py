@@ -13,13 +13,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Literal, Protocol, TypeAlias
+from typing import Any, ClassVar, Literal, Protocol, TypeAlias
 
 from cspcheck.cspm.process.events import EventSet
 from cspcheck.cspm.process.hash_consing import HashConsed
 from cspcheck.cspm.source import Span
 
 Operands: TypeAlias = "tuple[Process, ...]"
+Menu: TypeAlias = tuple[Any, ...]
+"""What a choice between prefixes offers: for each operand its (event, process) pairs, or a menu inside. Never empty."""
 
 
 @dataclass(frozen=True, eq=False, slots=True, weakref_slot=True)
@@ -533,6 +535,13 @@ class Reference(Process):
             object.__setattr__(self, "_body", body)
         return body
 
+    def menu(self) -> Menu | None:
+        """The menu of what the name stands for, if it offers events and nothing else; None where that is not known.
+
+        The same as that of its head normal form, without a term being made.
+        """
+        return self._definition.menu() if self._body is None else None
+
     def active(self) -> Operands:
         """The body."""
         return (self.body(),)
@@ -558,6 +567,10 @@ class Definition:
     def evaluate(self) -> Process:
         """The term that a reference of this definition stands for."""
         return self._evaluate()
+
+    def menu(self) -> Menu | None:
+        """What the process offers, if that is known without its term."""
+        return None
 
     @property
     def text(self) -> str:

@@ -273,10 +273,12 @@ class Sequence:
         if not self._deep:
             self.forced()
             items = self._items
-            for i in range(self._end):
-                item = items[i]
-                if type(item) is not int:
-                    items[i] = deep(item, level)
+            # Mostly there is nothing to evaluate, which Python itself finds out faster.
+            if not ATOMS.issuperset(map(type, items[: self._end])):
+                for i in range(self._end):
+                    item = items[i]
+                    if type(item) is not int:
+                        items[i] = deep(item, level)
             self._deep = True
         return self
 
