@@ -10,6 +10,7 @@ Everything else is explored by its term; and the term of any state is made when 
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from operator import itemgetter
 from typing import Any, overload
@@ -36,6 +37,12 @@ class States(Sequence[Process]):
 
     def __len__(self) -> int:
         return len(self.met)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Sequence) and len(self) == len(other) and all(map(operator.is_, self, other))
+
+    def __hash__(self) -> int:
+        return hash(tuple(self))
 
     @overload
     def __getitem__(self, index: int) -> Process: ...

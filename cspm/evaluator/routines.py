@@ -130,7 +130,8 @@ class Routine:
         strict = self.strict or (False,) * self.width
         code: Callable[[Env], Process] = self._compile(self.evaluator.process, strict)
         self.enter_process = code
-        if self.groups and self.frame.timing is None and self.evaluator.sorts.types is not None:
+        fuses = self.evaluator.fuses_processes and self.evaluator.sorts.types is not None
+        if fuses and self.groups and self.frame.timing is None:
             self.enter_process = self._until_hot_process(code)
         return code(env)
 

@@ -286,7 +286,9 @@ class Sequence:
     def native(self) -> tuple[Any, ...]:
         """What Python itself compares and hashes as it does this sequence: its class and its elements, evaluated."""
         if self._native is None:
-            self._native = (Sequence, *self._evaluated())
+            if not self._deep:
+                self.deep(1)
+            self._native = (Sequence, *self._items[: self._end])
         return self._native
 
     def _evaluated(self) -> list[Any]:
