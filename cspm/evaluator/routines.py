@@ -298,13 +298,17 @@ class Routine:
 
     def refer(self, keys: Any, base: Env, arguments: Env, body: Process | None = None) -> Reference:
         """The reference for *arguments*, evaluated through and through, which these *keys* stand for (``native``)."""
-        key = (self.captured(base), keys) if self.frame.size else keys
+        captured = self.captured(base) if self.frame.size else ()
+        key = (captured, keys) if captured else keys
         entry = self.entries.get(key)
         if entry is not None:
             found: Reference | None = entry()
             if found is not None:
                 return found
-        reference = Reference.fresh((self, key), Use(self, key, base, arguments, body))
+        told = arguments
+        if Thunk in map(type, arguments):
+            told = tuple([k if type(a) is Thunk else a for a, k in zip(arguments, keys, strict=True)])
+        reference = Reference.fresh((self, captured, told), Use(self, key, base, arguments, body))
         entry = self.entries[key] = Entry(reference, self._forget)
         entry.key = key
         return reference
