@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from html import escape
 from typing import TYPE_CHECKING, Final, Literal
 
 from cspcheck.cspm.syntax.tree import Model, PropertyKind
@@ -158,6 +159,26 @@ class Counterexample:
     run: ReplayedRun | None = field(default=None, compare=False, repr=False)
     refusals: tuple[tuple[str, ...] | None, ...] | None = None
     tau: str = "tau"
+
+    def __repr__(self) -> str:
+        end = "" if self.event is None else f", then {self.event}"
+        return f"<cspcheck.Counterexample: {self.kind} after <{', '.join(self._steps())}>{end}>"
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the steps, and which components take part in each."""
+        rows = []
+        for index, step in enumerate(self._steps()):
+            parts = [part.name for part in self.components if part.trace[index] is not None]
+            rows.append((str(index + 1), step, ", ".join(parts)))
+        if self.event is not None:
+            rows.append(("", self.event, "not allowed" if self.kind == "trace" else "can be refused"))
+        cells = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
+        return f"<table><tr><th></th><th>event</th><th>{escape(self.kind)}</th></tr>{cells}</table>"
+
+    def _steps(self) -> list[str]:
+        """The trace, with what a tau hides in brackets."""
+        causes = self.causes or (None,) * len(self.trace)
+        return [name if cause is None else f"{name} ({cause})" for name, cause in zip(self.trace, causes, strict=True)]
 
 
 @dataclass(frozen=True, slots=True)

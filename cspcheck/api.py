@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
@@ -11,10 +11,12 @@ from cspcheck import checking
 from cspcheck.checker.verdict import Termination
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
 from cspcheck.cspm.source import Source
+from cspcheck.interactive import Shown, in_notebook, show_diagnostics
 from cspcheck.quantities import parse_duration, parse_size
 from cspcheck.result import Result
 
 N = TypeVar("N", int, float)
+ScriptError.shown = show_diagnostics
 
 if TYPE_CHECKING:
     import networkx
@@ -103,6 +105,7 @@ class Script:
         self._script = loaded
         self._settings = settings
         self._checkers: list[tuple[checking.Settings, checking.GuardedChecker]] = []
+        self._shown = Shown()
 
     def __repr__(self) -> str:
         return f"<cspcheck.Script {self.name!r}, {len(self.assertions)} assertions>"
@@ -139,6 +142,7 @@ class Script:
         full: bool | None = None,
         as_written: bool | None = None,
         termination: Termination | None = None,
+        progress: bool | None = None,
     ) -> list[Result]: ...
 
     @overload
@@ -153,6 +157,7 @@ class Script:
         full: bool | None = None,
         as_written: bool | None = None,
         termination: Termination | None = None,
+        progress: bool | None = None,
     ) -> Result: ...
 
     def check(
@@ -166,6 +171,7 @@ class Script:
         full: bool | None = None,
         as_written: bool | None = None,
         termination: Termination | None = None,
+        progress: bool | None = None,
     ) -> Result | list[Result]:
         """Check the script's assertions, or one that is given as text.
 
@@ -180,6 +186,8 @@ class Script:
             as_written: only the reductions that the script itself asks for; not if not given.
             termination: what a process that has terminated is to ``deadlock free``: a ``success``, which it is if
                 not given, or a ``deadlock``.
+            progress: whether standard error, or a line of the notebook, shows how far the check is; in notebooks alone
+                if not given.
 
         Returns:
             One Result, or one for each assertion. Where a limit is reached, its verdict is ``unknown``. An error met
@@ -207,9 +215,26 @@ class Script:
                 termination=own.termination if termination is None else termination,
             )
         )
-        if assertion is not None:
-            return checking.check(checker, self._script.assertion(assertion))
-        return [checking.check(checker, one) for one in self._script.assertions]
+
+        def answered(one: script.Assertion) -> Result:
+            self._shown.begin(one.text)
+            try:
+                return checking.check(checker, one)
+            finally:
+                self._shown.done()
+
+        with self._shown.during(in_notebook() if progress is None else progress):
+            if assertion is not None:
+                return answered(self._assertion(assertion))
+            return [answered(one) for one in self._script.assertions]
+
+    def _assertion(self, text: str) -> script.Assertion:
+        """The assertion of the file with this text, so that it has its line and what is expected; or another one."""
+        words = text.split()
+        for one in self._script.assertions:
+            if one.text.split() == words:
+                return one
+        return self._script.assertion(text)
 
     def evaluate(self, text: str) -> Any:
         """The value of a CSPm expression in the script, as a Python value.
@@ -220,6 +245,14 @@ class Script:
             ScriptError: the text is not an expression of this script, or evaluating it goes wrong.
         """
         return self._script.evaluate(text)
+
+    def show(self, text: str) -> str:
+        """The value of a CSPm expression in the script, as a ``print`` line writes it.
+
+        Raises:
+            ScriptError: the text is not an expression of this script, or evaluating it goes wrong.
+        """
+        return self._script.show(text)
 
     def sweep(self, assertion: str | None = None, **values: Iterable[object]) -> list[tuple[dict[str, str], Result]]:
         """Check the script for every combination of values of its constants.
@@ -287,7 +320,7 @@ class Script:
         """The checker for these settings; one keeps its machines for all assertions."""
         known = next((checker for used, checker in self._checkers if used == settings), None)
         if known is None:
-            known = checking.checker_for(self._script, settings, checking.NoWatch())
+            known = checking.checker_for(self._script, settings, self._shown)
             self._checkers.append((settings, known))
         return known
 
@@ -350,7 +383,7 @@ class Process:
         """
         limits = checking.limits(_positive("max_states", max_states))
         checker = self._owner._checker(replace(self._owner._settings, limits=limits, workers=None, full=True))
-        return Machine(checker.lts(self._term), self._owner._script.events)
+        return Machine(checker.lts(self._term), self._owner._script.events, self._repr_svg_)
 
 
 class Picture:
@@ -376,8 +409,9 @@ class Machine:
         initial: the number of the initial state.
     """
 
-    def __init__(self, machine: Lts, events: EventTable) -> None:
+    def __init__(self, machine: Lts, events: EventTable, drawn: Callable[[], str | None] = lambda: None) -> None:
         self._machine = machine
+        self._drawn = drawn
         self._names = {label: events.name(label) for label in machine.alphabet()}
         self.states = machine.states
         self.transitions = machine.transitions
@@ -386,6 +420,9 @@ class Machine:
 
     def __repr__(self) -> str:
         return f"<cspcheck.Machine with {self.states} states and {self.transitions} transitions>"
+
+    def _repr_svg_(self) -> str | None:
+        return self._drawn()
 
     def successors(self, state: int) -> list[tuple[str, int]]:
         """The (event, state) pairs that a state can go on with, in order of event and state.

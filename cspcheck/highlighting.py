@@ -60,6 +60,8 @@ CLASS_KEYWORDS = (
     "retrieve",
     "schema",
     "const",
+    "lemma",
+    "using",
     "forall",
     "exists",
     "exists1",
@@ -90,7 +92,7 @@ class CspmLexer(RegexLexer):  # type: ignore[misc]
                 bygroups(Comment, Keyword.Pseudo, Comment, Keyword.Constant),
             ),
             (r"--.*", Comment.Single),
-            (r"\{-(?!\d)", Comment.Multiline, "comment"),
+            (r"\{-", Comment.Multiline, "comment"),
             (r'"(\\.|[^"\\\n])*"', String),
             (r"'(\\.|[^'\\\n])'", String.Char),
             (

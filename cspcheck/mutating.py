@@ -1,26 +1,31 @@
-"""Checking the mutants of a script: which changes does some assertion notice?"""
+"""Checking the mutants of scripts: which changes does some assertion notice?"""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from hashlib import sha256
 from typing import TYPE_CHECKING, Literal
 
 from cspcheck import checking
 from cspcheck.checker.verdict import Verdict
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.parsing.reading import parse
-from cspcheck.mutation import Change, mutants
+from cspcheck.equivalence import MOST_STATES, Version, equivalent, subjects
+from cspcheck.mutation import Change, Reach, mutants
 from cspcheck.selection import Pattern, select
 
 if TYPE_CHECKING:
     from cspcheck.cspm.script import Assertion, Script
     from cspcheck.cspm.syntax import tree as syntax
 
-Fate = Literal["noticed", "unnoticed", "undecided", "invalid"]
+Fate = Literal["noticed", "unnoticed", "equivalent", "undecided", "invalid"]
 SLOWER = 10.0
-"""A mutant may take so many times as long as the script itself, and ``LEAST`` seconds in any case."""
+"""An assertion may take so many times as long as it took before the change, and ``LEAST`` seconds in any case."""
 LEAST = 5.0
+GIVEN_UP = 3
+"""After so many assertions that are not decided the others of a mutant are not asked."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +34,8 @@ class Mutant:
 
     Attributes:
         change: what is different.
-        fate: ``noticed`` if the verdict of some assertion is another one; ``unnoticed`` if all are the same;
+        fate: ``noticed`` if the verdict of some assertion is another one; ``equivalent`` if none is, and it is shown
+            that nothing that they speak of is another one; ``unnoticed`` if all verdicts are the same otherwise;
             ``undecided`` if none differs as far as limits allow to tell; ``invalid`` if it is no script any more.
         by: the assertion that noticed it.
     """
@@ -40,97 +46,228 @@ class Mutant:
 
 
 class Nothing(Exception):
-    """The script has no assertion to notice anything; or none of those meant is decided."""
+    """There is no assertion to notice anything; or none of those meant is decided."""
 
 
-class Mutation:
-    """The mutants of one script and the assertions that are asked about them.
-
-    Args:
-        path: the script.
-        settings: as for a check.
-        patterns, lines: which assertions are asked; all by default.
-        kinds: which changes are made; all by default.
+class _Judge:
+    """One script, and the assertions of it that are asked about its mutants.
 
     Raises:
         ScriptError: the script itself is wrong, or an assertion of it cannot be evaluated.
-        Nothing: no assertion has a verdict.
     """
 
     def __init__(
         self,
         path: str,
         settings: checking.Settings,
-        *,
-        lines: frozenset[int] | None = None,
-        patterns: Sequence[Pattern] = (),
-        kinds: Sequence[str] = (),
-        watch: checking.Watch | None = None,
+        lines: frozenset[int] | None,
+        patterns: Sequence[Pattern],
+        watch: checking.Watch,
     ) -> None:
         self.tree = parse(checking.read(path))
         self._settings = settings
-        self._watch = watch or checking.NoWatch()
-        self._kinds = frozenset(kinds)
+        self._watch = watch
         script = self._load(self.tree)
+        self._original_control: Version | None = None
+        self._original = Version(script, self._within(20.0, MOST_STATES))
         asked = select(script.assertions, lines, patterns)
         numbers = [script.assertions.index(assertion) for assertion in asked]
-        checker = checking.checker_for(script, settings, self._watch)
+        checker = checking.checker_for(script, settings, watch)
         self.verdicts: dict[int, Verdict] = {}
         seconds: dict[int, float] = {}
         for number in numbers:
-            self._watch.begin(script.assertions[number].text)
+            watch.begin(script.assertions[number].text)
             result = checking.check(checker, script.assertions[number])
             if result.diagnostics:
                 raise ScriptError(*result.diagnostics)
             if result.verdict in (Verdict.PASS, Verdict.FAIL):
                 self.verdicts[number] = result.verdict
                 seconds[number] = result.seconds
-        if not self.verdicts:
-            raise Nothing
         # The quick ones first: most changes are noticed by one of these.
         self._order = sorted(self.verdicts, key=seconds.__getitem__)
-        self._seconds = max(LEAST, SLOWER * max(seconds.values()))
-        self.names = [script.assertions[number].text for number in self.verdicts]
+        self._seconds = {number: max(LEAST, SLOWER * spent) for number, spent in seconds.items()}
+        self.reach = Reach(self.tree)
+        self.checked = self.reach.checked()
+        self._reached = {number: self.reach.reached(script.assertions[number].node) for number in self.verdicts}
 
-    def _load(self, tree: syntax.Script) -> Script:
+    def _load(self, tree: syntax.Script, view: Literal["control"] | None = None) -> Script:
         from cspcheck.cspm import notation, script
 
         return script.load(
             tree,
             overrides=self._settings.definitions,
             typecheck=self._settings.typecheck,
-            semantics=notation.ClassReading(self._settings.view, self._settings.outputs),
+            semantics=notation.ClassReading(view or self._settings.view, self._settings.outputs),
         )
 
-    def changes(self) -> list[tuple[Change, syntax.Script]]:
-        """The mutants to be tried, in the order of the text."""
-        made = [(change, tree) for change, tree in mutants(self.tree) if not self._kinds or change.kind in self._kinds]
-        return sorted(made, key=lambda pair: (pair[0].span.source.name, pair[0].span.start))
+    def _within(self, seconds: float, states: int | None = None) -> checking.Settings:
+        given = self._settings.limits
+        seconds = seconds if given.seconds is None else min(given.seconds, seconds)
+        states = given.states if states is None or given.states is not None else states
+        return replace(self._settings, limits=replace(given, seconds=seconds, states=states))
 
-    def tried(self, changes: Sequence[tuple[Change, syntax.Script]]) -> Iterator[Mutant]:
-        """What becomes of each change."""
-        for i, (change, tree) in enumerate(changes, 1):
-            self._watch.begin(f"{i:,} of {len(changes):,} changes: {change.text}")
-            yield self._try(change, tree)
+    def asks(self, change: Change) -> bool:
+        """Whether what is changed stands behind one of the assertions, as far as names tell."""
+        holding = self.reach.holding(change)
+        return holding is None or any(holding in reached for reached in self._reached.values())
 
-    def _try(self, change: Change, tree: syntax.Script) -> Mutant:
+    def judged(self, change: Change, tree: syntax.Script) -> Mutant:
+        """What becomes of a change of this script."""
+        holding = self.reach.holding(change)
+        # Where the change cannot be meant every verdict stays as it is.
+        order = [number for number in self._order if holding is None or holding in self._reached[number]]
         try:
             script = self._load(tree)
         except ScriptError:
             return Mutant(change, "invalid")
-        given = self._settings.limits
-        seconds = self._seconds if given.seconds is None else min(given.seconds, self._seconds)
-        settings = replace(self._settings, limits=replace(given, seconds=seconds))
-        checker = checking.checker_for(script, settings, self._watch)
-        undecided = broken = False
-        for number in self._order:
+        checkers: dict[float, checking.GuardedChecker] = {}
+        broken, undecided = False, 0
+        for number in order:
             assertion: Assertion = script.assertions[number]
-            result = checking.check(checker, assertion)
+            seconds = self._seconds[number]
+            if seconds not in checkers:
+                checkers[seconds] = checking.checker_for(script, self._within(seconds), self._watch)
+            result = checking.check(checkers[seconds], assertion)
             if result.verdict is Verdict.ERROR:
                 broken = True
             elif result.verdict is Verdict.UNKNOWN:
-                undecided = True
+                undecided += 1
+                if undecided == GIVEN_UP:
+                    break
             elif result.verdict is not self.verdicts[number]:
                 return Mutant(change, "noticed", assertion.text)
         # A process that cannot be evaluated any more is noticed whenever the script is checked.
-        return Mutant(change, "invalid" if broken else "undecided" if undecided else "unnoticed")
+        if broken or undecided:
+            return Mutant(change, "invalid" if broken else "undecided")
+        return Mutant(change, "equivalent" if self._is_equivalent(change, tree, script, order) else "unnoticed")
+
+    def _is_equivalent(self, change: Change, tree: syntax.Script, script: Script, numbers: Sequence[int]) -> bool:
+        classes = script.classes
+        if classes is not None and classes.control and change.kind in ("predicate", "constant"):
+            return False  # data, which this script does not look at
+        if self.reach.is_axiom(change):
+            return False  # the constants that it leaves open are looked at for some values only
+        settings = self._within(20.0, MOST_STATES)
+        version = Version(script, settings)
+
+        def without_data() -> tuple[Version, Version]:
+            if self._original_control is None:
+                self._original_control = Version(self._load(self.tree, "control"), settings)
+            return self._original_control, Version(self._load(tree, "control"), settings)
+
+        control = without_data if classes is not None and self.reach.is_control(change) else None
+        # The same ones again and again: each is looked at once.
+        expressions = dict.fromkeys(part for number in numbers for part in subjects(script.assertions[number].node))
+        return equivalent(self._original, version, list(expressions), control)
+
+
+class Mutation:
+    """The mutants of some scripts and the assertions that are asked about them.
+
+    A change in a file that several of the scripts include is tried in each of them: one that notices it is enough, and
+    it is equivalent where no script tells it from what was there.
+
+    Args:
+        paths: the scripts, and of each the lines whose assertions are asked; None: all.
+        settings: as for a check.
+        patterns: which assertions are asked; all by default.
+        kinds: which changes are made; all by default.
+        system: whether only what is checked is changed, and not what is required (:meth:`.Reach.checked`).
+
+    Raises:
+        ScriptError: a script itself is wrong, or an assertion of it cannot be evaluated.
+        Nothing: no assertion has a verdict.
+    """
+
+    def __init__(
+        self,
+        paths: Sequence[tuple[str, frozenset[int] | None]],
+        settings: checking.Settings,
+        *,
+        patterns: Sequence[Pattern] = (),
+        kinds: Sequence[str] = (),
+        system: bool = False,
+        watch: checking.Watch | None = None,
+    ) -> None:
+        self._watch = watch or checking.NoWatch()
+        self._kinds = frozenset(kinds)
+        self._system = system
+        self._judges = [_Judge(path, settings, lines, patterns, self._watch) for path, lines in paths]
+        if not any(judge.verdicts for judge in self._judges):
+            raise Nothing
+
+    def changes(self) -> list[Trial]:
+        """The mutants to be tried, in the order of the texts."""
+        found: dict[tuple[str, int, int, str], Trial] = {}
+        for judge in self._judges:
+            for change, tree in mutants(judge.tree):
+                if self._kinds and change.kind not in self._kinds:
+                    continue
+                span = change.span
+                key = os.path.realpath(span.source.name), span.start, span.end, change.text
+                trial = found.setdefault(key, Trial(change, [], []))
+                trial.scripts.append((judge, tree))
+                holding = judge.reach.holding(change)
+                trial.checked.append(holding is None or holding in judge.checked)
+        chosen = [trial for trial in found.values() if not self._system or any(trial.checked)]
+        return sorted(chosen, key=lambda trial: (trial.change.span.source.name, trial.change.span.start))
+
+    def tried(self, trials: Sequence[Trial]) -> Iterator[Mutant]:
+        """What becomes of each change."""
+        for i, trial in enumerate(trials, 1):
+            self._watch.begin(f"{i:,} of {len(trials):,} changes: {trial.change.text}")
+            yield trial.judged()
+
+    def sample(self, number: int, seed: int) -> Iterator[Mutant]:
+        """What becomes of a number of changes drawn by chance, without those after which there is no script any more.
+
+        Each change has a lot of its own, so that a draw stays as it is when the scripts change elsewhere.
+        """
+        trials = sorted(self.changes(), key=lambda trial: _lot(trial.change, seed))
+        found = 0
+        for trial in trials:
+            if found == number:
+                return
+            self._watch.begin(f"{found + 1:,} of {number:,} changes: {trial.change.text}")
+            mutant = trial.judged()
+            if mutant.fate != "invalid":
+                found += 1
+                yield mutant
+
+
+def _lot(change: Change, seed: int) -> bytes:
+    span = change.span
+    line = " ".join(span.source.line_text(span.line).split())
+    text = "\n".join([str(seed), os.path.basename(span.source.name), line, str(span.column), change.text])
+    return sha256(text.encode("utf-8", "surrogatepass")).digest()
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """A change and the scripts that it is tried in.
+
+    Attributes:
+        change: what is different.
+        scripts: each script with its mutant.
+        checked: for each, whether the change is one of what is checked there.
+    """
+
+    change: Change
+    scripts: list[tuple[_Judge, syntax.Script]]
+    checked: list[bool]
+
+    def judged(self) -> Mutant:
+        """What becomes of the change."""
+        told: list[Mutant] = []
+        for judge, tree in self.scripts:
+            mutant = judge.judged(self.change, tree)
+            if mutant.fate == "noticed":
+                return mutant
+            told.append(mutant)
+        # A script that does not use what is changed says nothing about it.
+        worst: list[Fate] = ["invalid", "undecided", "unnoticed"]
+        asked = [m for m, (judge, _) in zip(told, self.scripts, strict=True) if judge.asks(self.change)] or told
+        for fate in worst:
+            if any(mutant.fate == fate for mutant in asked):
+                return Mutant(self.change, fate)
+        return asked[0]

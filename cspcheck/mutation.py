@@ -8,7 +8,8 @@ what is only printed stay as they are.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields, replace
 from typing import Any, Literal, TypeVar, get_args
 
@@ -140,6 +141,103 @@ def _own(node: syntax.Node) -> Iterator[tuple[Change, Any]]:
                 )
 
 
+def leaves(declarations: Iterable[syntax.Declaration]) -> Iterator[syntax.Declaration]:
+    """Declarations without those that only hold others: what is included, timed sections, modules."""
+    for declaration in declarations:
+        match declaration:
+            case syntax.IncludeDeclaration() | syntax.TimedDeclaration():
+                yield from leaves(declaration.declarations)
+            case syntax.ModuleDeclaration():
+                yield from leaves((*declaration.private, *declaration.exported))
+            case _:
+                yield declaration
+
+
+class Reach:
+    """Which declarations of a script stand behind which of its assertions, by the names that they mention.
+
+    Names are taken as they are written: what is found is what could be meant, and never less than what is.
+    """
+
+    def __init__(self, tree: syntax.Script) -> None:
+        self._declarations = list(leaves(tree.declarations))
+        self._mentioned = [_words(declaration) for declaration in self._declarations]
+        self._defining: dict[str, list[int]] = {}
+        for i, declaration in enumerate(self._declarations):
+            for name in _defined(declaration):
+                self._defining.setdefault(name, []).append(i)
+
+    def reached(self, *nodes: syntax.Node) -> frozenset[int]:
+        """The declarations behind some expressions or assertions, by their numbers."""
+        found: set[int] = set()
+        waiting = [i for node in nodes for word in _words(node) for i in self._defining.get(word, ())]
+        while waiting:
+            i = waiting.pop()
+            if i not in found:
+                found.add(i)
+                waiting += [j for word in self._mentioned[i] for j in self._defining.get(word, ())]
+        return frozenset(found)
+
+    def checked(self) -> frozenset[int]:
+        """The declarations behind what is checked. What only the left sides of refinements speak of is no part of it:
+        it says what is required."""
+        nodes: list[syntax.Node] = []
+        for declaration in self._declarations:
+            if isinstance(declaration, syntax.AssertDeclaration):
+                assertion = declaration.assertion
+                while isinstance(assertion, syntax.NotAssertion):
+                    assertion = assertion.inner
+                nodes.append(assertion.implementation if isinstance(assertion, syntax.Refinement) else assertion)
+        return self.reached(*nodes)
+
+    def is_axiom(self, change: Change) -> bool:
+        """Whether a change is in what is said of constants: of a class, or of the script."""
+        return any(
+            _holds(axiom, change)
+            for declaration in self._declarations
+            for axiom in (declaration, *getattr(declaration, "paragraphs", ()))
+            if isinstance(axiom, oz.Axiom)
+        )
+
+    def is_control(self, change: Change) -> bool:
+        """Whether a change is in the process equations of a class, and so in nothing that its data depends on."""
+        return any(
+            _holds(equation, change)
+            for declaration in self._declarations
+            if isinstance(declaration, oz.Class)
+            for equation in declaration.equations
+        )
+
+    def holding(self, change: Change) -> int | None:
+        """The declaration that a change is in."""
+        for i, declaration in enumerate(self._declarations):
+            if _holds(declaration, change):
+                return i
+        return None
+
+
+def _holds(node: syntax.Node, change: Change) -> bool:
+    around, span = node.span, change.span
+    return around.source is span.source and around.start <= span.start and span.end <= around.end
+
+
+def _defined(declaration: syntax.Declaration) -> Iterator[str]:
+    match declaration:
+        case syntax.PatternDefinition():
+            yield from _words(declaration.pattern)
+        case syntax.ChannelDeclaration() | syntax.ImportDeclaration():
+            yield from (name.name for name in declaration.names)
+        case oz.Axiom():
+            yield from _words(declaration)
+        case _ if isinstance(name := getattr(declaration, "name", None), str):
+            yield name
+
+
+def _words(node: syntax.Node) -> frozenset[str]:
+    return frozenset(_WORD.findall(node.span.text))
+
+
+_WORD = re.compile(r"[A-Za-z_]\w*'*")
 _OTHER = {
     "less": "at_most",
     "at_most": "less",

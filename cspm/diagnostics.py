@@ -10,10 +10,10 @@ machines, 6 classes (CSP-OZ), 7 proof, 8 generated programs, 9 the tool itself.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import ParamSpec
+from typing import ClassVar, ParamSpec
 
 from cspcheck.cspm.source import Span
 
@@ -65,9 +65,17 @@ DiagnosticSink = Callable[[Diagnostic], None]
 class ScriptError(Exception):
     """A script that cannot be used as it stands; ``diagnostics`` has at least one error."""
 
+    shown: ClassVar[Callable[[Iterable[Diagnostic]], str] | None] = None
+    """How an interactive session is shown diagnostics with the lines that they are about; set by who can write them."""
+
     def __init__(self, *diagnostics: Diagnostic) -> None:
         self.diagnostics: tuple[Diagnostic, ...] = diagnostics
         super().__init__("; ".join(f"{d.code}: {d.message}" for d in diagnostics))
+
+    def _render_traceback_(self) -> list[str]:
+        """What IPython and notebooks show in the place of a traceback."""
+        show = type(self).shown
+        return [str(self) if show is None else show(self.diagnostics)]
 
 
 @dataclass(frozen=True, slots=True)

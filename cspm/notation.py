@@ -105,6 +105,10 @@ class Extension:
         """The claim that proof obligations of a paragraph hold."""
         raise NotImplementedError
 
+    def hints(self, **fields: Any) -> syntax.Node:
+        """What helps to prove a claim about paragraphs."""
+        raise NotImplementedError
+
     def subtype(self, **fields: Any) -> syntax.Assertion:
         """The claim that one paragraph is a subtype of another."""
         raise NotImplementedError

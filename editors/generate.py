@@ -65,7 +65,7 @@ def textmate() -> str:
     ]
     comment = {
         "name": "comment.block.cspm",
-        "begin": r"\{-(?!\d)",
+        "begin": r"\{-",
         "end": r"-\}",
         "patterns": [{"include": "#comment"}],
     }
@@ -106,7 +106,7 @@ syntax match cspmDefinition "^\\s*\\zs\\h[[:alnum:]_']*\\ze\\s*\\%(([^()]*)\\s*\
 syntax match cspmProperty ":\\[[^]]*\\%(\\]\\]\\|\\]\\)"
 syntax region cspmString start=+"+ skip=+\\\\.+ end=+"+ oneline
 syntax region cspmComment start="--" end="$" keepend contains=cspmExpect,@Spell
-syntax region cspmComment start="{{-\\d\\@!" end="-}}" contains=cspmComment,@Spell
+syntax region cspmComment start="{{-" end="-}}" contains=cspmComment,@Spell
 syntax match cspmExpect "expect:\\s*\\%(pass\\|fail\\|unknown\\)" contained
 
 highlight default link cspmKeyword Keyword

@@ -38,7 +38,12 @@ NIGHTLY = (
 def nightly(arguments: list[str]) -> int:
     """Run the random inputs of a night; pytest's exit status."""
     # Examples that are said to be so many are drawn anew each time.
-    settings = {"CSPCHECK_FUZZ": "1000000", "CSPCHECK_EXAMPLES": "1000", **os.environ}
+    settings = {
+        "CSPCHECK_FUZZ": "1000000",
+        "CSPCHECK_EXAMPLES": "1000",
+        "CSPCHECK_SEED": str(time.time_ns()),
+        **os.environ,
+    }
     command = [sys.executable, "-m", "pytest", "-n", "2", "--dist", "worksteal", "-q", *NIGHTLY, *arguments]
     return subprocess.run(command, cwd=ROOT, env=settings, check=False).returncode
 

@@ -53,6 +53,9 @@ LISTED_FIRST = 8_000
 FOLLOWED_FIRST = 20_000
 """So many states of it are looked at before it is explored by itself."""
 
+FOLLOWED_EFFORT = 50 * FOLLOWED_FIRST
+"""So many transitions of it are looked at by then: enough where nodes are small, and gone in a second where not."""
+
 MANY_COMPONENTS = 256
 """A process of more components is reduced at once where the question allows it: to lay out its states takes longer."""
 
@@ -366,7 +369,8 @@ class Machines:
 
         A search that needs more of them ends in :class:`Incomplete`.
         """
-        return self._lazy(process, model, implementation, budget, FOLLOWED_FIRST, Incomplete("", FOLLOWED_FIRST))
+        why = Incomplete("", FOLLOWED_FIRST)
+        return self._lazy(process, model, implementation, budget, FOLLOWED_FIRST, why, FOLLOWED_EFFORT)
 
     def _lazy(
         self,
@@ -376,10 +380,11 @@ class Machines:
         budget: Budget,
         most: int,
         why: Incomplete,
+        effort: int | None = None,
     ) -> LazySpecification:
         alphabet = self.packed(implementation, budget).events[1:]
         return LazySpecification(
-            process, model, alphabet, most, why, lambda: budget.check_time("exploring the specification")
+            process, model, alphabet, most, why, lambda: budget.check_time("exploring the specification"), effort
         )
 
     def specification(

@@ -69,6 +69,8 @@ class Caller:
         self.__name__ = function.__name__
         self._function = function
         self._parameters = parameters(function, is_wide)
+        # Found once: a type of an array takes longer to look up than its address to find.
+        self._dtypes = [DTYPES.get(kind, kind) for _, kind in self._parameters]
         names = [name for name, _ in self._parameters]
         self._table = names.index(WIDE) if wide is not None and WIDE in names else -1
         self._wide = wide
@@ -88,46 +90,64 @@ class Caller:
             if self._widely is None:
                 self._widely = Caller(self._function, self._wide(), is_wide=True)
             return self._widely(*arguments)
-        words = array("q", self._room)
-        if len(arguments) != len(self._parameters):
-            raise TypeError(f"{self.__name__} takes {len(self._parameters)} arguments, not {len(arguments)}")
-        for (name, kind), argument in zip(self._parameters, arguments, strict=True):
-            if kind is int or kind is bool:
-                words.append(argument)
-                continue
-            try:
-                words.extend(_words(kind, argument))
-            except TypeError as error:
-                raise TypeError(f"{self.__name__}, argument {name}: {error}") from None
+        if len(arguments) != len(self._dtypes):
+            raise TypeError(f"{self.__name__} takes {len(self._dtypes)} arguments, not {len(arguments)}")
+        collected = self._room.copy()
+        try:
+            for dtype, argument in zip(self._dtypes, arguments, strict=True):
+                if dtype is int or dtype is bool:
+                    collected.append(argument)
+                else:
+                    collected += _words(dtype, argument)
+            words = array("q", collected)
+        except TypeError:
+            raise self._wrong(arguments) from None
         self._call(words.buffer_info()[0])
         if len(self._results) == 1:
             return bool(words[0]) if self._results[0] is bool else words[0]
         return tuple(words[: len(self._results)]) if self._results else None
 
+    def _wrong(self, arguments: Sequence[Any]) -> TypeError:
+        """What is wrong with the arguments of a call, told of the first that is."""
+        for (name, _), dtype, argument in zip(self._parameters, self._dtypes, arguments, strict=True):
+            try:
+                array("q", (argument,) if dtype is int or dtype is bool else _words(dtype, argument))
+            except TypeError as error:
+                return TypeError(f"{self.__name__}, argument {name}: {error}")
+        raise AssertionError(f"{self.__name__} could be called after all")
 
-_Anything = ctypes.c_char * 0
+
+_view = (ctypes.c_char * 0).from_buffer
 """A view of any buffer: its address is had in a tenth of the time that an array's own takes to tell it."""
 
+_address = ctypes.addressof
 
-def _words(kind: Any, argument: Any) -> Sequence[int]:
-    """The words of an argument that is an array or a named tuple."""
-    dtype = DTYPES.get(kind)
-    if dtype is None:
-        from cspcheck.checker.kernels.translated_types import members
 
+def _words(dtype: Any, argument: Any) -> Sequence[int]:
+    """The words of an argument that is an array of *dtype*, or a named tuple if that is no type of arrays."""
+    if not isinstance(dtype, np.dtype):
         if argument.words is None:
-            words = array("q")
-            for (_, member), value in zip(members(kind), argument, strict=True):
-                words.extend((value,) if member is int or member is bool else _words(member, value))
-            argument.words = words
+            argument.words = _words_of_members(dtype, argument)
         known: Sequence[int] = argument.words
         return known
-    if not isinstance(argument, np.ndarray) or argument.dtype != dtype or not argument.flags.c_contiguous:
+    if not isinstance(argument, np.ndarray) or (argument.dtype is not dtype and argument.dtype != dtype):
         raise TypeError(f"a contiguous array of {dtype} is expected")
     try:
-        return ctypes.addressof(_Anything.from_buffer(argument.data)), argument.size
-    except TypeError:  # an array that cannot be written to
-        return argument.ctypes.data, argument.size
+        return _address(_view(argument.data)), argument.size  # refuses what is not contiguous
+    except (TypeError, ValueError):
+        if not argument.flags.c_contiguous:
+            raise TypeError(f"a contiguous array of {dtype} is expected") from None
+        return argument.ctypes.data, argument.size  # an array that cannot be written to
+
+
+def _words_of_members(kind: Any, argument: Any) -> Sequence[int]:
+    """The words of all members of a named tuple."""
+    from cspcheck.checker.kernels.translated_types import members
+
+    words = array("q")
+    for (_, member), value in zip(members(kind), argument, strict=True):
+        words.extend((value,) if member is int or member is bool else _words(DTYPES.get(member, member), value))
+    return words
 
 
 def place_for(sources: Sequence[str]) -> Path | None:

@@ -11,13 +11,13 @@ from cspcheck.checker.proof import messages
 from cspcheck.checker.proof.finding import Finding, worst_first
 from cspcheck.checker.proof.obligations import BY_NAME, OBLIGATIONS, discharge
 from cspcheck.checker.proof.prover import Prover
-from cspcheck.checker.proof.question import Settings
-from cspcheck.checker.proof.simulation import RULES, Relation, projection, refinement, retrieve
+from cspcheck.checker.proof.question import Help, Settings
+from cspcheck.checker.proof.simulation import RULES, Relation, Simulation, projection, retrieve
 from cspcheck.checker.verdict import BrokenObligation, Counterexample, Outcome, Verdict
 from cspcheck.cspm.diagnostics import ScriptError
-from cspcheck.cspm.oz import core, syntax
+from cspcheck.cspm.oz import core, laws, syntax
 from cspcheck.cspm.oz.processes import classes
-from cspcheck.cspm.oz.typing.messages import unknown_class
+from cspcheck.cspm.oz.typing.messages import unknown_class, unknown_lemma
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.spelling import suggestions
 from cspcheck.cspm.syntax.tree import Assertion, NotAssertion
@@ -66,9 +66,22 @@ def whole_refinement(node: Assertion, specification: core.Specification, setting
     match node:
         case syntax.DataRefinement():
             relation = _retrieve(node, specification)
-            yield from refinement(specification, relation, upward=node.upward, settings=settings)
+            yield from _refinement(specification, relation, node, settings, upward=node.upward)
         case syntax.Subtype():
-            yield from refinement(specification, _projection(node, specification), settings=settings)
+            yield from _refinement(specification, _projection(node, specification), node, settings)
+
+
+def _refinement(
+    specification: core.Specification,
+    relation: Relation,
+    node: syntax.DataRefinement | syntax.Subtype,
+    settings: Settings,
+    *,
+    upward: bool = False,
+) -> Iterator[Finding]:
+    simulation = Simulation(specification, relation, settings)
+    simulation.help = help_of(node.hints, simulation.prover)
+    yield from simulation.upward() if upward else simulation.downward()
 
 
 def specification_of(script: Script) -> core.Specification:
@@ -81,9 +94,34 @@ def obligations(node: syntax.Obligations, specification: core.Specification, set
     model = class_of(specification, node.subject.name, node.subject.span)
     names = obligation_names(node.obligation, node.span)
     operation = None
-    if node.operation is not None:
+    prover = Prover(specification, model, settings)
+    if node.operation is not None and names == ["lemma"]:
+        operation = _lemma_of(prover, node.operation.name, node.operation.span)
+    elif node.operation is not None:
         operation = operation_of(model, node.operation.name, node.operation.span).name
-    return list(discharge(Prover(specification, model, settings), names, operation))
+    return list(discharge(prover, names, operation, help_of(node.hints, prover)))
+
+
+def help_of(hints: syntax.Hints | None, prover: Prover) -> Help:
+    """What an assertion says that its proof needs.
+
+    Raises:
+        ScriptError: it names a lemma that there is not.
+    """
+    if hints is None:
+        return Help()
+    for name in hints.using:
+        _lemma_of(prover, name.name, name.span)
+    on = hints.induction
+    return Help(tuple(name.name for name in hints.using), None if on is None else on.name)
+
+
+def _lemma_of(prover: Prover, name: str, span: Span | None) -> str:
+    if prover.claim(name) is None:
+        assert span is not None
+        known = [known.rpartition(".")[2] for known in prover.claims]
+        raise ScriptError(unknown_lemma(name, span, suggestions(name, [*known, *laws.names()])))
+    return name
 
 
 def class_of(specification: core.Specification, name: str, span: Span | None) -> core.ClassModel:

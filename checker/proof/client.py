@@ -259,6 +259,12 @@ class Solver:
         answer = self._answer("conflict", parts, parts)
         return parts if isinstance(answer, Unanswered) else answer
 
+    def core(self, parts: Iterable[Part]) -> tuple[Part, ...]:
+        """Parts that cannot hold together already, of parts that cannot; all of them where the solver cannot tell."""
+        parts = tuple(parts)
+        answer = self._answer("core", parts, parts)
+        return parts if isinstance(answer, Unanswered) else answer
+
     def eliminate(self, term: Term, seconds: float) -> Term | None:
         """A term that says the same without quantifiers; None where the solver cannot tell."""
         answer = self._answer("eliminate", term, (), seconds)

@@ -273,7 +273,18 @@ def _filter(e: Encoder, term: Apply) -> Expr:
 
 @value("squash")
 def _squash(e: Encoder, term: Apply) -> Expr:
-    raise Unsupported("`squash`")
+    """An uninterpreted function of the right length; what it is more laws say."""
+    from cspcheck.checker.proof.encode_sets import cardinality
+
+    if e.scope is not None:
+        raise Unsupported("`squash`")
+    function, type_ = term.operands[0], _type(term)
+    result = e.function("squash", type_, e.sorts.sort(function.type), e.sorts.sort(type_))(e.term(function))
+    e.approximated.add("squash")
+    e.fact(e.shaped(result, type_))
+    domain = Apply(type=core.SetType(core.INT), operator="dom", operands=(function,))
+    e.fact(e.sorts.length(type_, result) == cardinality(e, domain))
+    return result
 
 
 @value("flatten")

@@ -292,6 +292,11 @@ def cardinality(e: Encoder, collection: Term) -> Expr:
     """The number of elements of a set."""
     sorts = e.sorts
     match collection:
+        case core.If(test=test, then=then, otherwise=otherwise):
+            return z3.If(e.term(test), cardinality(e, then), cardinality(e, otherwise))
+        case Apply(operator="dom" as operator, operands=(core.If(test=test, then=then, otherwise=otherwise),)):
+            branches = [Apply(type=collection.type, operator=operator, operands=(b,)) for b in (then, otherwise)]
+            return z3.If(e.term(test), *[cardinality(e, branch) for branch in branches])
         case Apply(operator="range", operands=(low, high)):
             first, last = e.term(low), e.term(high)
             return z3.If(first <= last, last - first + 1, 0)
@@ -413,6 +418,32 @@ def finite(e: Encoder, term: Term) -> Expr:
     return opaque
 
 
+def _some_closure(e: Encoder, term: Apply, pair: core.TupleType) -> Expr:
+    """The closure as an uninterpreted function: a transitive relation that contains the given one.
+
+    That it is the least one no formula of first order says.
+    """
+    if e.scope is not None:
+        raise Unsupported("the closure of a large relation")
+    relation = term.operands[0]
+    sort, element = e.sorts.sort(term.type), e.sorts.sort(pair.items[0])
+    array = e.term(relation)
+    closed = e.function(term.operator, term.type, sort, sort)(array)
+    e.approximated.add(term.operator)
+    x, y, z = (z3.Const(f"{name}%{len(e.facts)}c", element) for name in "xyz")
+
+    def related(formula: Expr, a: Expr, b: Expr) -> Expr:
+        return selected(formula, e.sorts.make(pair, [a, b]))
+
+    e.fact(z3.ForAll([x, y], z3.Implies(related(array, x, y), related(closed, x, y))))
+    both = z3.And(related(closed, x, y), related(closed, y, z))
+    e.fact(z3.ForAll([x, y, z], z3.Implies(both, related(closed, x, z))))
+    if term.operator == "reflexive_closure":
+        in_field = z3.Or(related(array, x, y), related(array, y, x))
+        e.fact(z3.ForAll([x, y], z3.Implies(in_field, related(closed, x, x))))
+    return closed
+
+
 @value("closure", "reflexive_closure")
 def _closure(e: Encoder, term: Apply) -> Expr:
     """The transitive closure of a relation on a small finite type: enough compositions, by squaring."""
@@ -423,10 +454,10 @@ def _closure(e: Encoder, term: Apply) -> Expr:
     if values is None:
         pairs = e.candidates(relation)
         if pairs is None:
-            raise Unsupported(f"the closure of a relation on `{pair.items[0]}`")
+            return _some_closure(e, term, pair)
         values = [e.sorts.part(pair, p, side) for p in pairs for side in range(2)]
     if len(values) > 16:
-        raise Unsupported("the closure of a large relation")
+        return _some_closure(e, term, pair)
     steps = [[e.member(e.sorts.make(pair, [a, b]), relation) for b in values] for a in values]
     same = [[a == b for b in values] for a in values]
     size = len(values)

@@ -103,8 +103,11 @@ class Values:
                     self.values[k] = old
 
     def lambda_(self, stem: str, type_: core.Type, body: Callable[[Expr], Expr]) -> Expr:
-        """The array from values of a type to *body* of them."""
-        variable = self.constant(stem, self.sorts.sort(type_))
+        """The array from values of a type to *body* of them.
+
+        Its variable is called after how deep it stands, so that two terms that are the same are one formula.
+        """
+        variable = z3.Const(f"{stem}%{len(self._open)}l", self.sorts.sort(type_))
         self._open.append(variable)
         try:
             return z3.Lambda([variable], body(variable))
@@ -128,7 +131,7 @@ class Values:
     def _solver_quantifier(
         self, quantifier: Callable[[list[Expr], Expr], Expr], type_: core.Type, body: Callable[[Expr], Expr]
     ) -> Expr:
-        variable = self.constant("q", self.sorts.sort(type_))
+        variable = z3.Const(f"q%{len(self._open)}q", self.sorts.sort(type_))
         self._open.append(variable)
         try:
             formula = body(variable)

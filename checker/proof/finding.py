@@ -34,6 +34,8 @@ class Finding:
         span: what the message points at.
         vacuous: what is assumed cannot be, so that the proof says nothing.
         vouched: texts of predicates that the solver alone says hold of the values.
+        hypotheses: names of the lemmas and laws that the proof needed.
+        missing: names of lemmas that it was to use and that are not proved.
         scope: up to which size of sets and collections was searched (status ``bounded``).
         seconds: it took.
     """
@@ -51,6 +53,8 @@ class Finding:
     span: Span | None = None
     vacuous: bool = False
     vouched: tuple[str, ...] = ()
+    hypotheses: tuple[str, ...] = ()
+    missing: tuple[str, ...] = ()
     scope: int | None = None
     seconds: float = 0.0
 

@@ -8,7 +8,7 @@ it is the evaluator itself that finds them; that none are found says nothing. (T
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from itertools import combinations, islice, product
@@ -33,6 +33,7 @@ def found_in_scope(
     shown: Iterable[Variable],
     scope: int,
     tried: int,
+    computed: Collection[str] = (),
 ) -> Found | None:
     """Values that satisfy all parts, where each given set has *scope* elements.
 
@@ -42,6 +43,7 @@ def found_in_scope(
         shown: variables whose values are wanted even where no part speaks of them.
         scope: the size of given sets, and about that of numbers and collections.
         tried: so many values are tried before the search is given up.
+        computed: constants that are defined by recursion, for which no values are looked for.
     """
     from cspcheck.cspm.oz.values.evaluation import Evaluator, Scope
     from cspcheck.cspm.oz.values.solving import Unknown, solver
@@ -50,6 +52,7 @@ def found_in_scope(
     variables = {**variables_of(part.term for part in parts)}
     for variable in shown:
         variables.setdefault((variable.name, variable.role), variable)
+    variables = {k: v for k, v in variables.items() if v.role != "constant" or v.name not in computed}
     types = {v.type for v in variables.values()}
     sizes = dict.fromkeys(specification.givens, scope)
     samples = _Samples(specification, scope)
@@ -62,7 +65,7 @@ def found_in_scope(
         slots = Scope()
         freed = {key: cast(Variable, constant_free(v)) for key, v in variables.items()}
         unknowns = [Unknown(v.name, v.role, _any(v.type)) for v in freed.values()]
-        predicates = [constant_free(part.term) for part in parts]
+        predicates = [constant_free(part.term, computed) for part in parts]
         values: dict[Variable, Any] = {}
 
         def take(frame: list[Any]) -> bool:

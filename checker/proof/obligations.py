@@ -17,7 +17,7 @@ from cspcheck.checker.proof import (
 )
 from cspcheck.checker.proof.finding import Finding, Severity
 from cspcheck.checker.proof.prover import ObligationReport, Prover
-from cspcheck.checker.proof.question import Impossible
+from cspcheck.checker.proof.question import Help, Impossible
 from cspcheck.cspm.oz import core
 
 Check: TypeAlias = Callable[[Prover, ObligationReport, core.Operation | None], Iterable[Finding]]
@@ -63,6 +63,13 @@ OBLIGATIONS: tuple[Obligation, ...] = (
         "error",
         "constants can have values that satisfy all axioms",
         _class_check(obligations_states.axioms_consistent),
+    ),
+    Obligation(
+        "lemma",
+        "class",
+        "error",
+        "what a lemma says follows",
+        _class_check(obligations_states.lemmas),
     ),
     Obligation(
         "state inhabited",
@@ -211,25 +218,31 @@ OBLIGATIONS: tuple[Obligation, ...] = (
 BY_NAME = {obligation.name: obligation for obligation in OBLIGATIONS}
 
 
-def discharge(prover: Prover, names: Iterable[str] | None = None, operation: str | None = None) -> Iterator[Finding]:
+def discharge(
+    prover: Prover, names: Iterable[str] | None = None, operation: str | None = None, help_: Help | None = None
+) -> Iterator[Finding]:
     """Answer the obligations of a class.
 
     Args:
         prover: for the class.
         names: kinds of obligations; None: all.
-        operation: the only operation of interest; None: all, and what is about the class.
+        operation: the only operation of interest (or lemma); None: all, and what is about the class.
+        help_: what the user says that the proofs need, beside what operations and lemmas say themselves.
     """
+    help_ = help_ or Help()
     chosen = [o for o in OBLIGATIONS if names is None or o.name in set(names)]
     for obligation in chosen:
         if obligation.about == "class":
             prover.solver.name = f"{prover.model.name}-{obligation.name}".replace(" ", "-")
+            prover.help = help_
             for finding in obligation.check(prover, _report(prover, obligation), None):
-                if operation is None or finding.operation == operation:
+                if operation is None or operation in (finding.operation, finding.detail.strip("`")):
                     yield finding
             continue
         for each in prover.model.operations.values():
             if operation is None or each.name == operation:
                 prover.solver.name = f"{prover.model.name}-{obligation.name}-{each.name}".replace(" ", "-")
+                prover.help = help_.also(each.using)
                 for finding in obligation.check(prover, _report(prover, obligation), each):
                     yield _with_vacuity(prover, obligation, each, finding)
 

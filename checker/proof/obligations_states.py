@@ -7,6 +7,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 from cspcheck.checker.proof.control import control_states
+from cspcheck.checker.proof.defined import without_definitions
 from cspcheck.checker.proof.finding import Finding
 from cspcheck.checker.proof.prover import ObligationReport, Prover
 from cspcheck.checker.proof.question import Impossible, Part, Question
@@ -45,12 +46,30 @@ def axioms_consistent(prover: Prover, report: ObligationReport) -> Iterator[Find
     situation = prover.situation
     if not situation.constants and not situation.axioms:
         return
-    parts = situation.all_constants()
-    shown = tuple(Variable(type=c.type, name=c.name, role="constant") for c in situation.constants)
+    parts: tuple[Part, ...] = situation.all_constants()
+    without = tuple(without_definitions(parts, prover.defined))
+    alone = not any(
+        role == "constant" and name in prover.defined for part in without for name, role in variables_of([part.term])
+    )
+    # Functions that are defined by recursion are there whatever the others are.
+    left = [c for c in situation.constants if not alone or c.name not in prover.defined]
+    parts = without if alone else parts
+    shown = tuple(Variable(type=c.type, name=c.name, role="constant") for c in left)
     answer = prover.solver.ask(Question(parts, shown))
     lines = prover.lines(parts) if isinstance(answer, Impossible) else ()
     span = situation.constants[0].span if situation.constants else None
     yield report.existential(answer, message="no values of the constants satisfy all axioms", lines=lines, span=span)
+
+
+def lemmas(prover: Prover, report: ObligationReport) -> Iterator[Finding]:
+    """Each lemma of the class, and of the script where there is only that."""
+    names = prover.model.lemmas or prover.specification.lemmas
+    for name in names:
+        claim = prover.claims[name]
+        answer = prover.lemma(claim)
+        yield report.universal(
+            answer, message="the lemma does not hold", detail=f"`{name}`", span=claim.lemma.span, goal=claim.lemma.term
+        )
 
 
 def state_inhabited(prover: Prover, report: ObligationReport) -> Iterator[Finding]:

@@ -3,18 +3,46 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 
 from cspcheck.checker.proof.cases import cases
 from cspcheck.checker.proof.client import Solver
+from cspcheck.checker.proof.defined import defined, with_domains, without_definitions
 from cspcheck.checker.proof.finding import Finding, Severity, Status
 from cspcheck.checker.proof.finite import found_in_scope, is_small
-from cspcheck.checker.proof.question import Answer, Found, Impossible, NotUpTo, Part, Question, Settings, Unanswered
+from cspcheck.checker.proof.induction import opened, schemes
+from cspcheck.checker.proof.lemmas import (
+    Claim,
+    Rule,
+    claims_of,
+    fitting_laws,
+    instances,
+    is_beyond,
+    law,
+    named,
+    rules,
+    rules_of,
+    whole,
+)
+from cspcheck.checker.proof.normal import normal
+from cspcheck.checker.proof.question import (
+    Answer,
+    Found,
+    Help,
+    Impossible,
+    NotUpTo,
+    Part,
+    Question,
+    Settings,
+    Unanswered,
+)
 from cspcheck.checker.proof.situation import Situation
-from cspcheck.checker.proof.terms import all_of, negation, variables_of
+from cspcheck.checker.proof.terms import all_of, negation, variables, variables_of
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Term, Variable
+from cspcheck.cspm.oz.values.recursion import Recursion, recursions
 from cspcheck.cspm.oz.writing.core_text import text, written
 from cspcheck.cspm.source import Span
 
@@ -31,6 +59,7 @@ class Prover:
         settings: how hard to try.
         clock: tells the seconds.
         thorough: look in small scopes and case by case where the solver has no answer for the whole.
+        claims: the lemmas that there are; by default those of the class and the specification.
     """
 
     def __init__(
@@ -41,12 +70,21 @@ class Prover:
         clock: Callable[[], float] = time.monotonic,
         *,
         thorough: bool = True,
+        claims: Mapping[str, Claim] | None = None,
     ) -> None:
         self.situation = Situation(specification, model)
         self.solver = Solver(specification, model, settings, clock)
         self.clock = clock
         self._thorough = thorough
         self._possible: dict[tuple[str, str], Answer] = {}
+        self.claims = claims_of(self.situation) if claims is None else claims
+        self.help = Help()
+        """What the user says that the proof of the next claims needs."""
+        self._lemmas: dict[str, Answer] = {}
+        self._computing = False
+        self._proving: list[str] = []
+        self._used: dict[str, None] = {}
+        self._missing: dict[str, None] = {}
 
     @property
     def model(self) -> core.ClassModel:
@@ -73,32 +111,156 @@ class Prover:
 
         *first*: look in small scopes before the solver is asked, where what is claimed is that there are none.
         """
+        parts = tuple(parts)
         whole = self.situation.with_constants(parts)
         variables = (*self.situation.constant_variables(whole), *shown)
         if not self._thorough:
             return self.solver.ask(Question(whole, variables))
         small = is_small(v.type for v in variables_of(part.term for part in whole).values())
-        if first and not small:
+        if (first and not small) or self._speaks_of_recursion(whole):
             found = self._in_scopes(whole, variables, _GLANCE)
             if found is not None:
                 return found
+        if first and (self.help.using or self.help.induction) and self._with_help(parts):
+            return Impossible()
+        if first and (self.claims or is_beyond(whole)) and self._with_what_there_is(parts, 1):
+            return Impossible()
         answer = self.solver.ask(Question(whole, variables))
         if isinstance(answer, NotUpTo | Unanswered):
             found = self._in_scopes(whole, variables, _SEARCH)
             if found is not None:
                 return found
             answer = self._by_cases(whole, variables) or answer
+        if first and isinstance(answer, NotUpTo | Unanswered) and self._with_what_there_is(parts, 2):
+            return Impossible()
         return answer
 
+    # --- lemmas ------------------------------------------------------------------------------------------------------
+
+    def lemma(self, claim: Claim) -> Answer:
+        """Values for which a lemma does not hold; asked once."""
+        known = self._lemmas.get(claim.name)
+        if known is None:
+            assumed, said, named = opened(claim.lemma.term)
+            before, self.help = self.help, Help(claim.lemma.using, claim.lemma.induction)
+            self._proving.append(claim.name)
+            try:
+                known = self.refutes([*claim.premises, *assumed], said, named.values())
+            finally:
+                self._proving.pop()
+                self.help = before
+            self._lemmas[claim.name] = known
+        return known
+
+    def claim(self, name: str) -> Claim | None:
+        """A lemma of the classes or the script, or a law, by its name; None where there is none."""
+        for known, claim in self.claims.items():
+            if known == name or known.endswith(f".{name}"):
+                return claim
+        return law(name)
+
+    def take_help(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """What the proofs since the last time needed of lemmas, and what was not there for them."""
+        used, missing = tuple(self._used), tuple(self._missing)
+        self._used, self._missing = {}, {}
+        return used, missing
+
+    def _holds(self, claim: Claim) -> bool:
+        """Whether a lemma is proved without the help of one that is being proved."""
+        if claim.law:
+            return True
+        if claim.name in self._proving:
+            return False
+        kept = self._used, self._missing
+        self._used, self._missing = {}, {}
+        try:
+            return isinstance(self.lemma(claim), Impossible)
+        finally:
+            self._used, self._missing = kept
+
+    def _with_help(self, whole: tuple[Part, ...]) -> bool:
+        """Whether what the user names proves that nothing satisfies *whole*."""
+        claims = []
+        for name in self.help.using:
+            claim = self.claim(name)
+            if claim is not None and self._holds(claim):
+                claims.append(claim)
+            else:
+                self._missing[name] = None
+        on = [v for v in variables_of(part.term for part in whole).values() if written(v) == self.help.induction]
+        if on and on[0].role != "constant":
+            total = tuple(self._total(whole))
+            ways = schemes(total, on[0], self.specification.frees.values(), self.situation.axioms)
+            return any(
+                all(self._is_impossible(case, claims, depth) for case in scheme.cases)
+                for depth in (1, 2)
+                for scheme in ways
+            )
+        return bool(claims) and self._is_impossible(whole, claims)
+
+    def _with_what_there_is(self, whole: tuple[Part, ...], depth: int) -> bool:
+        """Whether the lemmas that there are, and the laws of the toolkit, prove that nothing satisfies *whole*."""
+        laws_proved = any(claim is not None and claim.law for claim in map(self.claims.get, self._proving))
+        if self._late() or laws_proved or self._computing:
+            return False
+        names = [] if self._proving else list(self.claims)
+        claims = [claim for claim in map(self.claims.get, names) if claim is not None and self._holds(claim)]
+        return self._is_impossible(whole, [*claims, *fitting_laws(whole)], depth)
+
+    def _is_impossible(self, parts: tuple[Part, ...], claims: Sequence[Claim], depth: int = 2) -> bool:
+        """Whether lemmas prove that nothing satisfies *parts*.
+
+        *depth* 1: by what they, and all else that holds of all values, say of the terms in the parts; 2: by all of it.
+        """
+        helping = rules(claims, self.solver.definedness)
+        spoken = [rule.part(rule.body) for rule in helping]
+        known = self.situation.with_constants((*parts, *spoken))[: -len(spoken) or None]
+        total = [replace(p, term=normal(p.term), total=True) for p in self._total(known)]
+        plain: list[Part] = []
+        quantified: list[Rule] = []
+        for part in total:
+            found = rules_of(part)
+            quantified += found
+            plain += [] if found else [part]
+        told = instances([*helping, *quantified], plain, self.solver.definedness)
+        # What holds of all values is mostly needed for a few alone, and a solver is quick without quantifiers.
+        all_values = [part for rule in helping for part in whole(rule)]
+        for question, share in (((*plain, *told), 0.1), ((*total, *told, *all_values), 0.4))[:depth]:
+            if self._late():
+                return False
+            asked = tuple(dict.fromkeys(question))
+            if isinstance(self.solver.ask(Question(asked, proof=share)), Impossible):
+                if named(asked):
+                    self._used |= dict.fromkeys(named(self.solver.core(asked)))
+                return True
+        return False
+
     def _in_scopes(self, parts: tuple[Part, ...], shown: tuple[Variable, ...], scopes: dict[int, int]) -> Found | None:
-        total = self._total(parts)
+        known = self.defined if self._speaks_of_recursion(parts) else {}
+        total = self._total(without_definitions(parts, known))
+        total = [replace(part, term=with_domains(part.term, known)) for part in total] if known else total
         for scope, tried in scopes.items():
             if self._late():
                 return None
-            found = found_in_scope(self.specification, self.model, total, shown, scope, tried)
+            found = found_in_scope(self.specification, self.model, total, shown, scope, tried, known)
             if found is not None:
                 return found
         return None
+
+    @cached_property
+    def defined(self) -> dict[str, Recursion]:
+        """The constants that are defined by recursion, and proved to be in their carriers."""
+        self._computing = True
+        before, self.help = self.help, Help()
+        try:
+            return defined(self.situation, lambda premises, goal: self.refutes(premises, goal))
+        finally:
+            self._computing, self.help = False, before
+
+    def _speaks_of_recursion(self, parts: Iterable[Part]) -> bool:
+        candidates = recursions(self.situation.constants, self.situation.axioms)
+        spoken = {name for part in parts for name, role in variables(part.term) if role == "constant"}
+        return not self._computing and not spoken.isdisjoint(candidates)
 
     def _total(self, parts: Iterable[Part]) -> list[Part]:
         """The parts as conjuncts that are defined everywhere."""
@@ -171,6 +333,7 @@ class ObligationReport:
         """A finding; the time since the last one is its time."""
         now = self._prover.clock()
         seconds, self._start = now - self._start, now
+        hypotheses, missing = self._prover.take_help()
         name = operation.name if operation is not None else None
         return Finding(
             obligation=self._obligation,
@@ -179,6 +342,8 @@ class ObligationReport:
             severity=self._severity,
             status=status,
             seconds=seconds,
+            hypotheses=hypotheses,
+            missing=missing,
             **more,  # type: ignore[arg-type]
         )
 

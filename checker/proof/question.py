@@ -31,11 +31,30 @@ class Part:
 class Question:
     """Are there values of the variables of *parts* that satisfy all of them?
 
-    ``shown`` are the variables whose values are told, in this order; others that occur are told behind them.
+    ``shown`` are the variables whose values are told, in this order; others that occur are told behind them. With
+    ``proof`` it is only to be proved that there are none, in that share of the time: values are not looked for.
     """
 
     parts: tuple[Part, ...]
     shown: tuple[Variable, ...] = ()
+    proof: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Help:
+    """What a user says that a proof needs.
+
+    Attributes:
+        using: names of lemmas and laws.
+        induction: the variable to do induction on, as it is written; None: none is to be done.
+    """
+
+    using: tuple[str, ...] = ()
+    induction: str | None = None
+
+    def also(self, names: tuple[str, ...]) -> Help:
+        """The same with more lemmas."""
+        return Help(tuple(dict.fromkeys((*self.using, *names))), self.induction)
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +165,7 @@ class Request:
     """What the process of the solver is asked.
 
     Attributes:
-        verb: ``ask``, ``conflict``, ``eliminate`` or ``solve``.
+        verb: ``ask``, ``conflict``, ``core``, ``eliminate`` or ``solve``.
         what: a question, parts, a term, or clauses.
         seconds, scopes, seed: see :class:`Settings`.
         name, first_query: what queries are called when they are written out, and the number of the first.

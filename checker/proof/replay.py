@@ -7,7 +7,7 @@ approximation, and is never shown.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from enum import Enum
 from fractions import Fraction
@@ -48,9 +48,12 @@ class Replay:
         # The script's own finite readings would make the predicates say something else.
         readings = tuple(given_reading(name, size) for name, size in sizes.items())
         self._evaluator = Evaluator(replace(specification, readings=readings), model)
+        self._computed = frozenset(self._evaluator.recursions)
         self._assignment: dict[Any, Any] = {}
         self._unreadable = False
         for variable, value in values.items():
+            if variable.role == "constant" and variable.name in self._computed:
+                continue
             try:
                 self._assignment[_slot(variable)] = self._value(value)
             except (ValueError, Failure):
@@ -62,7 +65,7 @@ class Replay:
 
         if self._unreadable:
             return Replayed.UNDECIDED
-        free = constant_free(predicate)
+        free = constant_free(predicate, self._computed)
         try:
             return Replayed.HOLDS if self._evaluator.holds(free, self._assignment) else Replayed.FAILS
         except Undefined:
@@ -115,15 +118,19 @@ def given_reading(name: str, size: int) -> core.FiniteReading:
     )
 
 
-def constant_free(term: Term) -> Term:
-    """The term with ordinary variables for constants, of which the evaluator would look for values of its own."""
-    (free,) = renamed([term], _freed)
+def constant_free(term: Term, computed: Collection[str] = ()) -> Term:
+    """The term with ordinary variables for constants, of which the evaluator would look for values of its own.
+
+    Those that are *computed* stay what they are.
+    """
+
+    def freed(variable: Variable) -> Variable | None:
+        if not _is_constant(variable) or variable.name in computed:
+            return None
+        return Variable(type=variable.type, name=f"{variable.name}%c", role="bound")
+
+    (free,) = renamed([term], freed)
     return free
-
-
-def _freed(variable: Variable) -> Variable | None:
-    """Constants as ordinary variables: the evaluator would look for values of its own."""
-    return Variable(type=variable.type, name=f"{variable.name}%c", role="bound") if _is_constant(variable) else None
 
 
 def _is_constant(variable: Variable) -> bool:

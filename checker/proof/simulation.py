@@ -15,8 +15,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from cspcheck.checker.proof.finding import Finding
+from cspcheck.checker.proof.lemmas import claims_of
 from cspcheck.checker.proof.prover import Prover, values_of
-from cspcheck.checker.proof.question import Answer, Found, Impossible, NotUpTo, Part, Settings, Unanswered
+from cspcheck.checker.proof.question import Answer, Found, Help, Impossible, NotUpTo, Part, Settings, Unanswered
 from cspcheck.checker.proof.situation import Situation, parameter_variable, state_variable
 from cspcheck.checker.proof.terms import (
     TRUE,
@@ -109,9 +110,12 @@ class Simulation:
             constants=_once((*abstract.constants, *concrete.constants)),
             axioms=tuple(dict.fromkeys((*abstract.axioms, *concrete.axioms, *fixed))),
         )
-        self._prover = Prover(specification, both, settings)
+        lemmas = {**claims_of(self.abstract), **claims_of(self.concrete)}
+        self.prover = Prover(specification, both, settings, claims=lemmas)
+        self.help = Help()
+        """What the user says that the proofs need, beside what operations say themselves."""
         self._old, self._new = old, new
-        self._start = self._prover.clock()
+        self._start = self.prover.clock()
         self.subject = f"{relation.abstract} [OZ= {relation.concrete}"
 
     # --- the relation -------------------------------------------------------------------------------------------------
@@ -131,9 +135,9 @@ class Simulation:
     def sane(self) -> Iterator[Finding]:
         """That the relation relates some states, and every concrete one."""
         parts = [*self.abstract.state(), *self.concrete.state(), *self.related()]
-        answer = self._prover.find(parts, self._states())
+        answer = self.prover.find(parts, self._states())
         if isinstance(answer, Impossible):
-            lines = self._prover.lines(parts)
+            lines = self.prover.lines(parts)
             yield self._finding(
                 "retrieve relation consistent", "refuted", message="the relation relates no states", lines=lines
             )
@@ -143,7 +147,7 @@ class Simulation:
         goal = self._some_abstract((*self.abstract.state(), *self.related()))
         yield self._universal(
             "retrieve relation total",
-            self._prover.refutes(self.concrete.state(), goal, self.concrete.state_variables()),
+            self.prover.refutes(self.concrete.state(), goal, self.concrete.state_variables()),
             "a concrete state is related to no abstract one",
             severity="warning",
         )
@@ -152,16 +156,18 @@ class Simulation:
 
     def downward(self) -> Iterator[Finding]:
         """The rules of downward simulation."""
+        self.prover.help = self.help
         yield from self.sane()
         yield from self.matching()
         premises = [*self.concrete.state(), *self.concrete.initial()]
         goal = self._some_abstract((*self.abstract.state(), *self.abstract.initial(), *self.related()))
         yield self._universal(
             "initial states",
-            self._prover.refutes(premises, goal, self.concrete.state_variables()),
+            self.prover.refutes(premises, goal, self.concrete.state_variables()),
             "a concrete initial state is related to no abstract initial state",
         )
         for old, new in self.pairs():
+            self.prover.help = self.help.also((*old.using, *new.using))
             yield from self._downward(old, new)
         yield from self._own_operations()
 
@@ -171,13 +177,13 @@ class Simulation:
         enabled_old, enabled_new = self.abstract.enabled(old), self.concrete.enabled(new)
         yield self._universal(
             "applicability",
-            self._prover.refutes([*known, Part(enabled_old, "abstract")], enabled_new, shown),
+            self.prover.refutes([*known, Part(enabled_old, "abstract")], enabled_new, shown),
             f"`{self.relation.abstract}` offers the operation here, and `{self.relation.concrete}` refuses it",
             old,
         )
         yield self._universal(
             "applicability",
-            self._prover.refutes([*known, Part(enabled_new, "concrete")], enabled_old, shown),
+            self.prover.refutes([*known, Part(enabled_new, "concrete")], enabled_old, shown),
             f"`{self.relation.concrete}` offers the operation here, and `{self.relation.abstract}` refuses it",
             old,
             detail="back",
@@ -188,14 +194,14 @@ class Simulation:
             premises += [Part(enabled_old, "abstract guard"), defined]
             yield self._universal(
                 "definedness",
-                self._prover.refutes(premises, self.concrete.possible(new), shown),
+                self.prover.refutes(premises, self.concrete.possible(new), shown),
                 f"the effect is possible for `{self.relation.abstract}`, and `{self.relation.concrete}` diverges",
                 old,
             )
         elif new.form in ("guarded", "effect"):
             yield self._universal(
                 "definedness",
-                self._prover.refutes([*known, Part(enabled_new, "concrete guard")], self.concrete.possible(new), shown),
+                self.prover.refutes([*known, Part(enabled_new, "concrete guard")], self.concrete.possible(new), shown),
                 f"`{self.relation.concrete}` diverges",
                 old,
             )
@@ -203,7 +209,7 @@ class Simulation:
         goal = self._some_step(old)
         yield self._universal(
             "correctness",
-            self._prover.refutes([*premises, *step], goal, self._step_variables(new)),
+            self.prover.refutes([*premises, *step], goal, self._step_variables(new)),
             f"`{self.relation.abstract}` has no step that matches this one of `{self.relation.concrete}`",
             old,
         )
@@ -231,7 +237,7 @@ class Simulation:
             goal = all_of(substitute(part.term, same) for part in self.related_after())
             yield self._universal(
                 "correctness",
-                self._prover.refutes(known, goal, self._step_variables(new)),
+                self.prover.refutes(known, goal, self._step_variables(new)),
                 f"a new operation changes the state that `{self.relation.abstract}` has",
                 new,
             )
@@ -240,13 +246,14 @@ class Simulation:
 
     def upward(self) -> Iterator[Finding]:
         """The rules of upward simulation, with one abstract state for all operations and inputs."""
+        self.prover.help = self.help
         yield from self.sane()
         yield from self.matching()
         pairs = list(self.pairs())
         for situation, operation in [s for a, c in pairs for s in ((self.abstract, a), (self.concrete, c))]:
             if operation.form in ("guarded", "effect"):
                 known = [*situation.state(), *situation.inputs(operation), *situation.guard(operation)]
-                answer = self._prover.refutes(known, situation.possible(operation))
+                answer = self.prover.refutes(known, situation.possible(operation))
                 if not isinstance(answer, Impossible):
                     yield self._finding(
                         "definedness",
@@ -258,26 +265,27 @@ class Simulation:
         premises = [*self.abstract.state(), *self.concrete.state(), *self.concrete.initial(), *self.related()]
         yield self._universal(
             "initial states",
-            self._prover.refutes(premises, all_of(p.term for p in self.abstract.initial()), self._states()),
+            self.prover.refutes(premises, all_of(p.term for p in self.abstract.initial()), self._states()),
             "an abstract state that is related to a concrete initial state is not initial",
         )
         goal = self._some_abstract((*self.abstract.state(), *self.related()))
         yield self._universal(
             "totality",
-            self._prover.refutes(self.concrete.state(), goal, self.concrete.state_variables()),
+            self.prover.refutes(self.concrete.state(), goal, self.concrete.state_variables()),
             "a concrete state is related to no abstract one",
         )
         yield self._universal(
             "applicability",
-            self._prover.refutes(self.concrete.state(), self._witness(pairs), self.concrete.state_variables()),
+            self.prover.refutes(self.concrete.state(), self._witness(pairs), self.concrete.state_variables()),
             "no related abstract state refuses everything that this concrete state refuses",
             detail="all operations",
         )
         for old, new in pairs:
+            self.prover.help = self.help.also((*old.using, *new.using))
             step = [*self.concrete.step(new), *self.abstract.state("after"), *self.related_after()]
             yield self._universal(
                 "correctness",
-                self._prover.refutes(step, self._some_source(old), self._step_variables(new, abstract="after")),
+                self.prover.refutes(step, self._some_source(old), self._step_variables(new, abstract="after")),
                 f"`{self.relation.abstract}` has no step to the state after this one of `{self.relation.concrete}`",
                 old,
             )
@@ -377,8 +385,9 @@ class Simulation:
                 return self._finding(rule, "unknown", operation, message=reason, **more)
 
     def _finding(self, rule: str, status: str, operation: Operation | None = None, **more: object) -> Finding:
-        now = self._prover.clock()
+        now = self.prover.clock()
         seconds, self._start = now - self._start, now
+        hypotheses, missing = self.prover.take_help()
         more.setdefault("span", self.relation.span)
         name = operation.name if operation is not None else None
         return Finding(
@@ -387,6 +396,8 @@ class Simulation:
             operation=name,
             status=status,  # type: ignore[arg-type]
             seconds=seconds,
+            hypotheses=hypotheses,
+            missing=missing,
             **more,  # type: ignore[arg-type]
         )
 
@@ -459,6 +470,9 @@ def qualified(model: ClassModel, constants: bool) -> ClassModel:
         invariant=terms(model.invariant),
         initial=None if model.initial is None else terms(model.initial),
         operations=operations,
+        lemmas={
+            name(n): replace(lemma, name=name(n), term=terms((lemma.term,))[0]) for n, lemma in model.lemmas.items()
+        },
     )
 
 

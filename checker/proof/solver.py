@@ -68,6 +68,9 @@ class Solver:
             return Impossible()
         seconds = self._left = self.settings.seconds
         sized = any(map(_sized, parts))
+        if question.proof:
+            proof = self._attempt(question, parts, None, seconds * question.proof)
+            return Impossible() if proof.result == "unsat" else Unanswered(proof.reason)
         if sized and self.settings.scopes:
             # Values are found, if there are any, most easily where collections are written out.
             small = self._attempt(question, parts, min(2, self.settings.scopes[-1]), seconds * 0.1)
@@ -115,6 +118,8 @@ class Solver:
             return _Attempt("unsat")
         if result == z3.unknown:
             return _Attempt("unknown", reason=_because(solver.reason_unknown(), seconds))
+        if question.proof:
+            return _Attempt("sat", reason="it does not follow from what is known")
         return self._read(question, parts, encoder, solver, seconds)
 
     def _formulas(self, encoder: Encoder, parts: Iterable[Part], *, solve: bool = False) -> list[Expr]:
@@ -248,6 +253,12 @@ class Solver:
             if self._impossible(rest, seconds):
                 left = rest
         return tuple(left)
+
+    def core(self, parts: Iterable[Part]) -> tuple[Part, ...]:
+        """Parts that cannot hold together already, of parts that cannot; all of them where the solver cannot tell."""
+        left = [part for part in parts if not is_true(part.term)]
+        found = self._core(left, self.settings.seconds * 0.4)
+        return tuple(left if found is None else found)
 
     def _core(self, parts: list[Part], seconds: float) -> list[Part] | None:
         encoder = Encoder(self.specification)

@@ -57,6 +57,8 @@ def _answered(request: Request, known: dict[int, Any]) -> Any:
                     answer: Any = solver.ask(request.what)
                 case "conflict":
                     answer = solver.conflict(request.what)
+                case "core":
+                    answer = solver.core(request.what)
                 case "eliminate":
                     from cspcheck.checker.proof.elimination import without_quantifiers
 

@@ -41,6 +41,8 @@ class LazySpecification:
         most: how many states may be looked at.
         why: what to raise when there are more.
         poll: called now and then; what it raises ends the work.
+        effort: how many transitions may be looked at in finding where taus lead to, each as often as it is looked at;
+            None for any number. Where nodes have many states in common, that is what takes the time.
     """
 
     def __init__(
@@ -51,6 +53,7 @@ class LazySpecification:
         most: int,
         why: Incomplete,
         poll: Callable[[], None] = lambda: None,
+        effort: int | None = None,
     ) -> None:
         self.events: Int64Array = np.append(alphabet, FOREIGN)
         self._column = {event: column for column, event in enumerate(alphabet.tolist())}
@@ -58,6 +61,7 @@ class LazySpecification:
         self._most = most
         self._why = why
         self._poll = poll
+        self._effort = effort
         self._semantics = Semantics()
         self._rows: dict[Process, Row] = {}
         self._sets = AcceptanceSets()
@@ -142,7 +146,12 @@ class LazySpecification:
         before: dict[Process, list[Process]] = {}
         while pending:
             state = pending.pop()
-            targets = [target for event, target in self._row(state) if event == TAU]
+            row = self._row(state)
+            if self._effort is not None:
+                self._effort -= len(row)
+                if self._effort < 0:
+                    raise self._why
+            targets = [target for event, target in row if event == TAU]
             taus[state] = len(targets)
             for target in targets:
                 before.setdefault(target, []).append(state)

@@ -25,8 +25,11 @@ KINDS = ("synchronisation", "guard", "event", "constant", "operator", "hiding", 
 
 
 @click.command(cls=ConfiguredCommand, short_help="Say which changes of a script no assertion notices.")
-@click.argument("file", metavar="FILE", type=click.Path(allow_dash=True))
+@click.argument("files", metavar="FILE...", nargs=-1, required=True, type=click.Path(allow_dash=True))
 @click.option("--kind", "kinds", multiple=True, type=click.Choice(KINDS), help="Only changes of this kind.")
+@click.option("--system", is_flag=True, help="Only changes of what is checked, none of what is only required.")
+@click.option("--sample", metavar="N", type=click.IntRange(min=1), help="Only N changes, drawn by chance.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Draws other changes for --sample.")
 @click.option("--format", "form", type=click.Choice(FORMATS), default="full", show_default=True, help="Output form.")
 @output_option
 @assert_option
@@ -34,11 +37,13 @@ KINDS = ("synchronisation", "guard", "event", "constant", "operator", "hiding", 
 @limit_options
 @manner_options
 def command(**options: Any) -> None:
-    """Change the script FILE in one place after the other, and check its assertions on each of these mutants.
+    """Change scripts in one place after the other, and check their assertions on each of these mutants.
 
-    A change after which every assertion has the verdict that it had before is told: nothing in the script says that
-    it must not be so. FILE:LINE asks the assertion on that line alone. Exit codes: 0 every change is noticed; 1 one is
-    not; 3 not decided; 5 nothing to change, or no assertion with a verdict.
+    A change after which every assertion has the verdict that it had before is told, unless it changes nothing: where
+    all processes that the assertions speak of have the failures and divergences that they had, it is equivalent.
+    FILE:LINE asks the assertion on that line alone; a folder stands for all scripts below it, and a change in a file
+    that several include is tried in each of them. Exit codes: 0 every change is noticed or equivalent; 1 one is not;
+    3 not decided; 5 nothing to change, or no assertion with a verdict.
     """
     from cspcheck import __version__
     from cspcheck.cli.interrupt import Interrupts
@@ -52,9 +57,11 @@ def command(**options: Any) -> None:
     from cspcheck.result import Exit
     from cspcheck.selection import EmptyFolder, Pattern, targets
 
-    (target,) = targets([options["file"]])[:1]
-    if isinstance(target, EmptyFolder) or len(targets([options["file"]])) > 1:
-        raise click.UsageError(f"`{options['file']}` is a folder: name one script")
+    chosen: list[tuple[str, frozenset[int] | None]] = []
+    for target in targets(options["files"]):
+        if isinstance(target, EmptyFolder):
+            raise click.UsageError(f"there are no scripts in `{target.path}`")
+        chosen.append((target.path, target.lines))
     start = time.perf_counter()
     verbosity = options["verbose"] - options["quiet"]
     interrupts = Interrupts()
@@ -71,22 +78,26 @@ def command(**options: Any) -> None:
         try:
             with interrupts, Heartbeat(line.beat):
                 mutation = Mutation(
-                    target.path,
+                    chosen,
                     settings(options, definitions(options)),
-                    lines=target.lines,
                     patterns=[Pattern(text) for text in options["patterns"]],
                     kinds=options["kinds"],
+                    system=options["system"],
                     watch=line,
                 )
-                for mutant in mutation.tried(mutation.changes()):
+                sample = options["sample"]
+                for mutant in (
+                    mutation.tried(mutation.changes()) if sample is None else mutation.sample(sample, options["seed"])
+                ):
                     found.append(mutant)
                     interrupts.poll()
         except Nothing:
-            raise ScriptError(nothing_to_mutate(target.path)) from None
+            raise ScriptError(nothing_to_mutate(chosen[0][0])) from None
         except KeyboardInterrupt:
             interrupted = True
         finally:
             line.done()
+        found.sort(key=lambda mutant: (mutant.change.span.source.name, mutant.change.span.start))
         if options["form"] == "json":
             output.write(document(found, __version__, interrupted=interrupted) + "\n")
         else:
@@ -104,6 +115,6 @@ def command(**options: Any) -> None:
         else Exit.UNKNOWN
         if "undecided" in fates
         else Exit.OK
-        if "noticed" in fates
+        if fates & {"noticed", "equivalent"}
         else Exit.NOTHING
     )

@@ -32,7 +32,7 @@ class Command:
 COMMANDS = {
     "do": Command("NUMBER | EVENT", (), "take that step (`do trace` for an event that is called `trace`)"),
     "run": Command("run EVENT, EVENT...", (), "perform these events, with the internal steps that they need"),
-    "next": Command("next [N]", ("n",), "take the next step of the counterexample (or an empty line)"),
+    "next": Command("next [N]", ("n",), "take the next step of the counterexample (at a terminal: an empty line)"),
     "walk": Command("walk [N [SEED]]", ("w",), f"take N steps at random ({WALK} if not said)"),
     "undo": Command("undo [N]", ("u",), "go back a step, or N"),
     "restart": Command("restart", ("r",), "go back to the start"),

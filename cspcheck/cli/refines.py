@@ -18,7 +18,6 @@ _WORKERS = "--refinement-bfs-workers"
 _REFUSED = {
     "--archive": "there are no archives here: give the script; its includes are found from it",
     "--remote": "nothing is run on other machines: call cspcheck there",
-    "--divide": "counterexamples always come with what each component does",
 }
 
 
@@ -64,6 +63,7 @@ class _Command(click.Command):
 @click.option("-b", "--brief", is_flag=True, help="Only whether assertions pass.")
 @click.option("-q", "--quiet", is_flag=True, help="No log.")
 @click.option("-t", "--typecheck", is_flag=True, help="Only read the scripts and check their types.")
+@click.option("-d", "--divide", is_flag=True, help="What each component does in a counterexample (always told).")
 @click.option("--reveal-taus", is_flag=True, help="Show what was hidden instead of τ.")
 @click.option("--workers", type=NUMBER, metavar="N", help="Search threads (also `--refinement-bfs-workers`).")
 @click.option("--max-states", type=NUMBER, metavar="N", help="Give up an assertion with more than N states.")

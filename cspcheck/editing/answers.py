@@ -27,13 +27,19 @@ _WORDS = """
     """
 KEYWORDS = tuple(_WORDS.split())
 PROPERTIES = ("deadlock free", "divergence free", "livelock free", "deterministic", "has trace", "obligations")
+_NO_CLASSES = "CSP626"
 _ORIGIN = "cspcheck"
 
 
 def diagnostics(found: Analysis) -> dict[str, list[types.Diagnostic]]:
-    """What is wrong, by the address of the file that it is in; the file itself always has an entry."""
+    """What is wrong, by the address of the file that it is in; the file itself always has an entry.
+
+    An editor serves every LaTeX document here: that one has no classes is nothing to be told.
+    """
     result: dict[str, list[types.Diagnostic]] = {uri_of(found.source.name): []}
     for diagnostic in found.diagnostics:
+        if diagnostic.code == _NO_CLASSES:
+            continue
         uri, converted = convert(diagnostic, found.source)
         result.setdefault(uri, []).append(converted)
     return result

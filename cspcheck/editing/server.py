@@ -10,8 +10,12 @@ import asyncio
 import contextlib
 import json
 import logging
+import os
 import shlex
+import signal
 import sys
+from contextlib import redirect_stdout
+from types import FrameType
 from typing import Any
 
 from lsprotocol import types
@@ -23,6 +27,7 @@ from cspcheck.cspm.source import Source
 from cspcheck.editing import answers
 from cspcheck.editing.analysis import Analysis, analyse
 from cspcheck.editing.places import path_of, range_of, uri_of
+from cspcheck.result import Exit
 
 PAUSE = 0.15
 """Seconds without a key before a text is analysed."""
@@ -110,6 +115,13 @@ class Server(LanguageServer):
         self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, items))
 
     # --- checking --------------------------------------------------------------------------------------------
+
+    def stop_checks(self) -> None:
+        """End the checks that run."""
+        for running in self._running.values():
+            with contextlib.suppress(ProcessLookupError):
+                running.terminate()
+        self._running.clear()
 
     async def check(self, uri: str, line: int | None) -> dict[str, Any] | None:
         """Check the assertion on a line, or all, with the command; the document that it writes."""
@@ -309,9 +321,25 @@ def _probe(ls: Server, uri: str, line: int) -> str:
 
 
 def serve(port: int | None = None) -> None:
-    """Serve an editor over standard input and output, or the one that connects to *port* of this machine."""
+    """Serve an editor over standard input and output, or the one that connects to *port* of this machine.
+
+    Checks that still run end with it.
+    """
     logging.getLogger("pygls").setLevel(logging.ERROR)
-    if port is None:
-        server.start_io()
-    else:
-        server.start_tcp("127.0.0.1", port)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _leave)
+    try:
+        if port is not None:
+            server.start_tcp("127.0.0.1", port)
+            return
+        # The streams of the protocol are closed in the end; and what is printed must not get into it.
+        with open(os.dup(0), "rb") as requests, open(os.dup(1), "wb") as answered, redirect_stdout(sys.stderr):
+            server.start_io(requests, answered)
+    finally:
+        server.stop_checks()
+
+
+def _leave(number: int, frame: FrameType | None) -> None:
+    """End at once: the thread that waits for the editor's next request cannot be interrupted."""
+    server.stop_checks()
+    os._exit(Exit.INTERRUPTED)

@@ -33,6 +33,7 @@ def _told(mutant: Mutant) -> str:
     after = {
         "noticed": f"noticed by `{mutant.by}`",
         "unnoticed": "not noticed",
+        "equivalent": "equivalent",
         "undecided": "not decided within the limits",
         "invalid": "no script any more",
     }[mutant.fate]
@@ -46,6 +47,7 @@ def summary(mutants: Iterable[Mutant], seconds: float, *, interrupted: bool = Fa
     names: dict[Fate, str] = {
         "noticed": "noticed",
         "unnoticed": "not noticed",
+        "equivalent": "equivalent",
         "undecided": "not decided",
         "invalid": "invalid",
     }

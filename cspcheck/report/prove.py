@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 from cspcheck.checker.verdict import BrokenObligation
@@ -124,10 +124,24 @@ class FullListing:
             shown = f"{details[0]} and {len(details) - 1} more"
         self._head(held[0])
         self._row("proved", held[0], shown, sum(f.seconds for f in held))
+        self._helped(held)
         if self._verbosity > 0:
             for finding in held:
                 if finding.values:
                     self._indented(value_lines(finding.values, self._style, True))
+
+    def _helped(self, findings: Sequence[Finding]) -> None:
+        """What proofs used of lemmas, and what they could not use."""
+        for names, said in (
+            ([name for f in findings for name in f.hypotheses], "Using {}."),
+            ([name for f in findings for name in f.missing], "Without {}, as it is not proved."),
+        ):
+            quoted = [f"`{name}`" for name in dict.fromkeys(names)]
+            if len(quoted) > 1:
+                said = said.replace("it is", "they are")
+                quoted = [", ".join(quoted[:-1]) + f" and {quoted[-1]}"]
+            if quoted:
+                self._indented(wrapped(said.format(quoted[0]), self._style.width - 6))
 
     def _told(self, finding: Finding) -> None:
         """A finding with what is wrong."""
@@ -138,6 +152,7 @@ class FullListing:
         self._row("vacuous" if finding.vacuous else looks, finding, finding.detail, finding.seconds)
         if finding.message:
             self._indented(wrapped(as_sentence(finding.message), self._style.width - 6))
+        self._helped([finding])
         if finding.values:
             self._indented(value_lines(finding.values, self._style, self._verbosity > 0))
         broken = _broken(finding)
@@ -155,7 +170,8 @@ class FullListing:
         unicode_, ascii_, color = _LOOKS[looks]
         mark = self._style.paint(unicode_ if self._style.unicode else ascii_, "bold", color)
         place = " ".join(part for part in (harmless(finding.operation or ""), harmless(detail)) if part)
-        took = self._style.paint(show_seconds(seconds), "dim") if seconds >= _SLOW else ""
+        told = seconds >= _SLOW or self._verbosity > 0
+        took = self._style.paint(show_seconds(seconds), "dim") if told else ""
         row = f"  {mark} {pad(finding.obligation, _OBLIGATION_WIDTH)} {place}"
         self._line(f"{row}  {took}".rstrip())
 
@@ -242,6 +258,8 @@ class Document:
                 "lines": [{"line": span.line, "text": " ".join(span.text.split())} for span in finding.lines],
                 "vacuous": finding.vacuous,
                 "vouched": list(finding.vouched),
+                "hypotheses": list(finding.hypotheses),
+                "missing": list(finding.missing),
                 "scope": finding.scope,
                 "seconds": round(finding.seconds, 6),
             }

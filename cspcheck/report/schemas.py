@@ -167,6 +167,8 @@ FINDING: Final = _object(
         "lines": LINES,
         "vacuous": FLAG,
         "vouched": TEXTS,
+        "hypotheses": TEXTS,
+        "missing": TEXTS,
         "scope": MAYBE_NUMBER,
         "seconds": SECONDS,
     }
@@ -269,7 +271,7 @@ SCHEMAS: Final[dict[str, tuple[str, Schema]]] = {
                             "end_column": NUMBER,
                             "kind": TEXT,
                             "change": TEXT,
-                            "fate": _one_of("noticed", "unnoticed", "undecided", "invalid"),
+                            "fate": _one_of("noticed", "unnoticed", "equivalent", "undecided", "invalid"),
                             "noticed_by": MAYBE_TEXT,
                         }
                     )

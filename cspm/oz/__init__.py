@@ -52,6 +52,11 @@ class ObjectZ(Extension):
 
         return Obligations(**fields)
 
+    def hints(self, **fields: Any) -> s.Node:  # noqa: D102
+        from cspcheck.cspm.oz.syntax import Hints
+
+        return Hints(**fields)
+
     def subtype(self, **fields: Any) -> s.Assertion:  # noqa: D102
         from cspcheck.cspm.oz.syntax import Subtype
 

@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Final, Literal, TypeAlias
 
+from cspcheck.cspm.oz.signatures import OPERATORS as OPERATORS
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
 
@@ -254,125 +255,6 @@ class If(Term):
     otherwise: Term
 
 
-OPERATORS: Final[Mapping[str, str]] = {
-    # logic
-    "not": "bool -> bool",
-    "and": "bool, ... -> bool (two or more)",
-    "or": "bool, ... -> bool (two or more)",
-    "implies": "bool, bool -> bool",
-    "iff": "bool, bool -> bool",
-    # relations on any type; operands have one type
-    "equal": "t, t -> bool",
-    "in": "t, set t -> bool (the set may be any of the carriers below)",
-    # numbers: both operands int or both real
-    "less": "n, n -> bool",
-    "at_most": "n, n -> bool",
-    "plus": "n, n -> n",
-    "minus": "n, n -> n",
-    "times": "n, n -> n",
-    "negate": "n -> n",
-    "abs": "n -> n",
-    "divide": "real, real -> real (undefined for zero)",
-    "div": "int, int -> int (rounds down; undefined for zero)",
-    "mod": "int, int -> int (sign of the divisor; undefined for zero)",
-    "min": "set n -> n (undefined for the empty set)",
-    "max": "set n -> n (undefined for the empty set)",
-    # coercions
-    "int_to_real": "int -> real",
-    "floor": "real -> int",
-    "sequence_to_function": "seq t -> int pfun t",
-    "function_to_relation": "(a pfun b) -> set (a, b)",
-    "bag_to_function": "bag t -> t pfun int",
-    # tuples
-    "tuple": "a, b, ... -> (a, b, ...)",
-    "item": "tuple, int literal (from 0) -> component",
-    # sets
-    "set": "t, ... -> set t (a display; no operands is the empty set of the term's type)",
-    "range": "int, int -> set int (m..n)",
-    "union": "set t, set t -> set t",
-    "inter": "set t, set t -> set t",
-    "diff": "set t, set t -> set t",
-    "symdiff": "set t, set t -> set t",
-    "Union": "set set t -> set t",
-    "Inter": "set set t -> set t",
-    "subset": "set t, set t -> bool (subset or equal)",
-    "proper_subset": "set t, set t -> bool",
-    "disjoint": "set t, ... -> bool (pairwise)",
-    "partition": "set t, set t, ... -> bool (the first is partitioned by the others)",
-    "card": "set t -> int (undefined for infinite sets)",
-    # carriers: sets that may be infinite
-    "Bool": "-> set bool",
-    "Int": "-> set int",
-    "Nat": "-> set int",
-    "Nat1": "-> set int",
-    "Real": "-> set real",
-    "All": "-> set t (all of a given or free type, as the term's type says)",
-    "Records": "-> set record (all values that the schema's declaration and predicate allow)",
-    "power": "set t -> set set t",
-    "power1": "set t -> set set t (not the empty one)",
-    "finset": "set t -> set set t",
-    "finset1": "set t -> set set t",
-    "cross": "set a, set b, ... -> set (a, b, ...)",
-    "seq": "set t -> set seq t",
-    "seq1": "set t -> set seq t",
-    "iseq": "set t -> set seq t",
-    "bag": "set t -> set bag t",
-    "rel": "set a, set b -> set set (a, b)",
-    "pfun": "set a, set b -> set (a pfun b)",
-    "fun": "set a, set b -> set (a pfun b)",
-    "pinj": "set a, set b -> set (a pfun b)",
-    "inj": "set a, set b -> set (a pfun b)",
-    "psurj": "set a, set b -> set (a pfun b)",
-    "surj": "set a, set b -> set (a pfun b)",
-    "bij": "set a, set b -> set (a pfun b)",
-    "ffun": "set a, set b -> set (a pfun b)",
-    "finj": "set a, set b -> set (a pfun b)",
-    # relations (set of pairs) and functions; those marked * take and give functions as well
-    "dom": "* r -> set a",
-    "ran": "* r -> set b",
-    "id": "set a -> set (a, a)",
-    "compose": "* r, s -> relation (r then s)",
-    "dom_restrict": "* set a, r -> r",
-    "ran_restrict": "* r, set b -> r",
-    "dom_subtract": "* set a, r -> r",
-    "ran_subtract": "* r, set b -> r",
-    "inverse": "relation -> relation",
-    "image": "* r, set a -> set b",
-    "override": "* r, r -> r",
-    "closure": "relation -> relation (transitive)",
-    "reflexive_closure": "relation -> relation (reflexive and transitive, on its own field)",
-    "apply": "function, a -> b; sequence, int -> t; bag, t -> int (functions and sequences: undefined elsewhere)",
-    "function": "(a, b), ... -> a pfun b (a display of maplets with distinct first components)",
-    # sequences
-    "sequence": "t, ... -> seq t (a display)",
-    "length": "seq t -> int",
-    "concat": "seq t, seq t -> seq t",
-    "head": "seq t -> t (undefined for the empty sequence; so are the next three)",
-    "tail": "seq t -> seq t",
-    "last": "seq t -> t",
-    "front": "seq t -> seq t",
-    "rev": "seq t -> seq t",
-    "filter": "seq t, set t -> seq t",
-    "extract": "set int, seq t -> seq t",
-    "squash": "int pfun t -> seq t",
-    "prefix": "seq t, seq t -> bool",
-    "suffix": "seq t, seq t -> bool",
-    "infix": "seq t, seq t -> bool",
-    "flatten": "seq seq t -> seq t",
-    # bags
-    "bag_display": "t, ... -> bag t",
-    "count": "bag t, t -> int",
-    "bag_union": "bag t, bag t -> bag t",
-    "in_bag": "t, bag t -> bool",
-    "items": "seq t -> bag t",
-    # records
-    "init": "record -> bool (the record satisfies the INIT of its schema)",
-}
-"""Every operator of core terms with its signature. Where an operand is outside what is said, a term is undefined:
-that its operands are inside is a proof obligation, and evaluating it fails.
-"""
-
-
 def conjunction(terms: tuple[Term, ...], span: Span | None = None) -> Term:
     """All of *terms*: true for none, the term itself for one."""
     if not terms:
@@ -414,6 +296,26 @@ class Declared:
     type: Type
     carrier: Term
     span: Span = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lemma:
+    """A predicate that is to be proved, and may then be used in proofs.
+
+    Attributes:
+        name, span: of the lemma.
+        term: the predicate over constants and ``before`` variables; with these it is claimed of every state.
+        givens: the given sets that stand for its generic parameters.
+        using: names of the lemmas and laws that its own proof may use.
+        induction: the variable that it is proved by induction on, as it is written; None for none.
+    """
+
+    name: str
+    term: Term
+    givens: tuple[str, ...] = ()
+    using: tuple[str, ...] = ()
+    induction: str | None = None
+    span: Span | None = field(default=None, compare=False, repr=False)
 
 
 ParameterKind = Literal["input", "output", "simple"]
@@ -462,6 +364,7 @@ class Operation:
         effect: conjuncts over all roles. That variables outside delta keep their values, and that parameters and
             after-values lie in their carriers, is *not* among them.
         spans: of the schemas that it was made from.
+        using: names of lemmas and laws for the proofs about it.
     """
 
     name: str
@@ -471,6 +374,7 @@ class Operation:
     guard: tuple[Term, ...]
     effect: tuple[Term, ...]
     spans: tuple[Span, ...] = field(default=(), compare=False, repr=False)
+    using: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -497,6 +401,7 @@ class ClassModel:
         initial: conjuncts over before variables of the initial state; None where there is no INIT schema.
         operations: by channel name.
         processes: CSP parts to be composed in parallel on their common events; a class without ``main`` has none.
+        lemmas: by name, inherited ones first.
     """
 
     name: str
@@ -513,6 +418,7 @@ class ClassModel:
     initial: tuple[Term, ...] | None = None
     operations: Mapping[str, Operation] = field(default_factory=dict)
     processes: tuple[ProcessPart, ...] = ()
+    lemmas: Mapping[str, Lemma] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -579,5 +485,6 @@ class Specification:
     classes: Mapping[str, ClassModel] = field(default_factory=dict)
     retrieves: Mapping[str, RetrieveRelation] = field(default_factory=dict)
     readings: tuple[FiniteReading, ...] = ()
+    lemmas: Mapping[str, Lemma] = field(default_factory=dict)
     control: bool = False
     """Whether the script asks for the control view."""

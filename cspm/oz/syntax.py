@@ -277,6 +277,27 @@ class Retrieve(Paragraph):
     predicates: tuple[Term, ...]
 
 
+@dataclass(frozen=True, kw_only=True)
+class Hints(Node):
+    """``using a, b by induction on x``: what helps a proof. ``using`` are lemmas or laws; either part may be absent."""
+
+    using: tuple[NameDeclaration, ...] = ()
+    induction: NameDeclaration | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lemma(Paragraph):
+    """``lemma name : p using a, b by induction on x``: a predicate that is to be proved, and then helps to prove.
+
+    ``generics`` are the names of ``lemma name[X] : p``.
+    """
+
+    name: str
+    predicate: Term
+    generics: tuple[NameDeclaration, ...] = ()
+    hints: Hints | None = None
+
+
 # --- classes -----------------------------------------------------------------------------------------------------
 
 
@@ -318,13 +339,15 @@ class Initial(Node):
 class OperationSchema(Node):
     """``op com_c Delta(x) y? : T where p``: an operation by its box.
 
-    ``delta`` is None where there is no Delta-list, which means the same as an empty one.
+    ``delta`` is None where there is no Delta-list, which means the same as an empty one. ``using`` are lemmas for the
+    proofs about it.
     """
 
     name: str
     delta: tuple[NameDeclaration, ...] | None
     declarations: tuple[Declare, ...] = ()
     predicates: tuple[Term, ...] = ()
+    using: tuple[NameDeclaration, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -337,6 +360,7 @@ class OperationDefinition(Node):
 
     name: str
     body: Term
+    using: tuple[NameDeclaration, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -394,6 +418,7 @@ class Obligations(Assertion):
     subject: NameDeclaration
     obligation: str | None = None
     operation: NameDeclaration | None = None
+    hints: Hints | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -407,6 +432,7 @@ class DataRefinement(Assertion):
     concrete: NameDeclaration
     retrieve: NameDeclaration
     upward: bool = False
+    hints: Hints | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -415,3 +441,4 @@ class Subtype(Assertion):
 
     parent: NameDeclaration
     child: NameDeclaration
+    hints: Hints | None = None

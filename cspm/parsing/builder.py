@@ -215,21 +215,40 @@ class Tree(Types):
             options=self._options(options),
         )
 
-    def obligations(self, span: Span, subject: s.Expr, sign: int, operation: int | None = None) -> s.Assertion:
+    def obligations(
+        self, span: Span, subject: s.Expr, sign: int, hints: s.Node | None, operation: int | None = None
+    ) -> s.Assertion:
         words, _ = property_words(self.tokens.text(sign))
         return extension().obligations(
             span=span,
             subject=self._class_name(subject),
             obligation=None if words == "obligations" else words,
             operation=None if operation is None else self.declared_name(self.tokens.span(operation), operation),
+            hints=hints or None,
         )
 
-    def subtype_claim(self, span: Span, parent: s.Expr, sign: int, child: int) -> s.Assertion:
+    def obligations_of_operation(
+        self, span: Span, subject: s.Expr, sign: int, operation: int, hints: s.Node | None
+    ) -> s.Assertion:
+        return self.obligations(span, subject, sign, hints, operation)
+
+    def subtype_claim(
+        self, span: Span, parent: s.Expr, sign: int, child: int, hints: s.Node | None = None
+    ) -> s.Assertion:
         return extension().subtype(
             span=span,
             parent=self._class_name(parent),
             child=self.declared_name(self.tokens.span(child), child),
+            hints=hints or None,
         )
+
+    def using(
+        self, span: Span, sign: int, names: list[s.NameDeclaration], by: int = 0, on: s.NameDeclaration | None = None
+    ) -> s.Node:
+        return extension().hints(span=span, using=tuple(names), induction=on)
+
+    def induction(self, span: Span, sign: int, on: s.NameDeclaration) -> s.Node:
+        return extension().hints(span=span, using=(), induction=on)
 
     def data_refinement(
         self,
@@ -239,6 +258,7 @@ class Tree(Types):
         concrete: int,
         via: int,
         retrieve: int,
+        hints: s.Node | None,
         direction: int | None = None,
     ) -> s.Assertion:
         words = "downward" if direction is None else property_words(self.tokens.text(direction))[0]
@@ -250,7 +270,21 @@ class Tree(Types):
             concrete=self.declared_name(self.tokens.span(concrete), concrete),
             retrieve=self.declared_name(self.tokens.span(retrieve), retrieve),
             upward=words == "upward",
+            hints=hints or None,
         )
+
+    def directed_refinement(
+        self,
+        span: Span,
+        abstract: s.Expr,
+        sign: int,
+        concrete: int,
+        via: int,
+        retrieve: int,
+        direction: int,
+        hints: s.Node | None,
+    ) -> s.Assertion:
+        return self.data_refinement(span, abstract, sign, concrete, via, retrieve, hints, direction)
 
     def _class_name(self, subject: s.Expr) -> s.NameDeclaration:
         if isinstance(subject, s.Name) and len(subject.parts) == 1:

@@ -178,6 +178,8 @@ def _sign(situation: Situation) -> Diagnostic | None:
     span = tokens.span(index)
     if kind == "||" and _is_condition(situation):
         return messages.borrowed(span, "`or`")
+    if kind == "=>" and _is_condition(situation):
+        return messages.borrowed(span, "`not p or q` for `p => q`")
     if kind == "=>" and situation.previous in OPERAND_ENDS and situation.bracket() != "(|":
         return messages.borrowed(span, "`->`: `a -> P` is a prefix")
     if kind == "!" and situation.previous not in OPERAND_ENDS:

@@ -137,6 +137,8 @@ _TOKEN = re.compile(
     r"|(.)"  # 14 anything else
     r")"
 )
+_HINT = re.compile(r"(by\s+induction\s+on)\s+[A-Za-z_]|using\s+[A-Za-z_]")
+"""What helps the proof of a claim about classes."""
 _BLOCK = re.compile(r"\{-|-\}")
 _PROPERTY = re.compile(
     r":\s*\[\s*(?P<words>[A-Za-z]+(?:[\s-]+[A-Za-z]+)*)\s*(?:\[\s*(?P<mode>[A-Za-z]+)\s*\]\s*)?\](?:\s*:(?!\s*\[\s*[A-Za-z]))?"
@@ -154,11 +156,11 @@ _PROPERTY_KINDS: Final = {
 }
 _REDUCTIONS: Final = ("precise", "hybrid", "fast")
 
-PARAGRAPH_WORDS: Final = ("class", "given", "schema", "retrieve", "const", "reading", "view")
+PARAGRAPH_WORDS: Final = ("class", "given", "schema", "retrieve", "const", "reading", "view", "lemma")
 """What an Object-Z paragraph may begin with, besides the name that it defines."""
 _DEFINES = re.compile(rf"{_BLANK}*(?:::=|==|\[)")
 _HAS_PARAGRAPHS = re.compile(
-    r"^[ \t]*(?:(?:class|given|schema|retrieve|const|reading|view)[ \t]+[^\W\d]|include\b|[A-Za-z]\w*[ \t]*::=)",
+    r"^[ \t]*(?:(?:class|given|schema|retrieve|const|reading|view|lemma)[ \t]+[^\W\d]|include\b|[A-Za-z]\w*[ \t]*::=)",
     re.MULTILINE,
 )
 _SYMBOLS_OF_CSP: Final = {
@@ -270,6 +272,7 @@ def tokenise(
     timed = ""  # "(" once behind `Timed`, ")" once its bracket is closed: the next `{` holds declarations
     negations: list[int] = []  # the `not`s directly behind an `assert`, while it is unknown what they negate
     asserting = form == "assertion"  # in an assertion, not yet behind anything but `not`
+    claiming = False  # behind an assertion about classes, where hints for its proof may stand
 
     position = start
     scan = _TOKEN.match
@@ -293,6 +296,8 @@ def tokenise(
                         kind, position = "PARAGRAPH", paragraph
                 elif word == "via" and previous == "NAME" and kinds[-2:-1] == ["SIMULATES"]:
                     kind = "VIA"
+                elif claiming and word in ("using", "by") and (hint := _HINT.match(text, begin)) is not None:
+                    kind, position = ("USING", position) if word == "using" else ("INDUCTION", hint.end(1))
         elif group == 9:
             kind = text[begin:position]
         elif group == 2:
@@ -398,7 +403,10 @@ def tokenise(
                 negations.append(len(kinds))
             else:
                 asserting = False
+        if kind in ("OBLIGATION", "SIMULATES"):
+            claiming = True
         if kind == "assert":
+            claiming = False
             asserting = True
             negations.clear()
         elif negations and kind in ("REFINES", "PROPERTY", "TRACE_PROPERTY", "SIMULATES", "OBLIGATION"):

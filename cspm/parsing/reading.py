@@ -216,7 +216,7 @@ def _alone(text: str | Source, form: Literal["expression", "assertion"]) -> s.No
 
 
 def _no_include(path: str, span: Span) -> tuple[s.Declaration, ...]:
-    raise AssertionError("an include stands in a script only")
+    raise ScriptError(lexing.include_cannot_be_read(span, path, "only scripts include files"))
 
 
 class _Files:

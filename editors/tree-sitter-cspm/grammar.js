@@ -34,20 +34,23 @@ const PREC = {
 
 const commaSep1 = (rule) => seq(rule, repeat(seq(",", rule)));
 const commaSep = (rule) => optional(commaSep1(rule));
+const PARAGRAPHS = ["given", "reading", "const", "schema", "view", "retrieve"]; // words at the beginning of a paragraph only
 const IDENTIFIER = /[\p{L}][\p{L}\p{N}_]*'*/;
 
 module.exports = grammar({
   name: "cspm",
 
-  externals: ($) => [$.block_comment, $._sequence_end, $._line_start, $._map_begin, $._recovery],
+  externals: ($) => [$.block_comment, $._sequence_end, $._line_start, $._map_begin, $._z_set_begin, $._recovery],
   extras: ($) => [/\s/, $.line_comment, $.block_comment],
   word: ($) => $.identifier,
   conflicts: ($) => [
     [$._name, $._type],
+    [$._name, $.constraint],
+    [$._name, $.constants],
     [$.module, $.parenthesised],
     [$._name, $.z_definition],
     [$._claim],
-
+    [$.option],
     [$._expression, $._type],
     [$._expression, $.field_input],
   ],
@@ -112,7 +115,7 @@ module.exports = grammar({
     _claim: ($) =>
       choice(
         seq($.refines, $._expression),
-        seq($.property, optional(choice(seq(":", $._expression), prec.dynamic(-1, $.identifier)))),
+        seq($.property, optional(choice(seq(":", $._expression), $.sequence, prec.dynamic(-1, choice($.identifier, ":"))))),
         seq("[OZ=", $.identifier, optional(seq("via", $.identifier, optional($.property))))
       ),
     refines: (_) => choice("[T=", "[F=", "[FD=", "[V=", "[VD=", "[R=", "[RD=", "[="),
@@ -128,7 +131,7 @@ module.exports = grammar({
       choice(
         seq($._property_begin, alias(/tau[ \t]+priority([ \t]+over)?/, $.property_name), "]", ":", $._expression),
         seq($._property_begin, alias(/partial[ \t]+order[ \t]+reduce/, $.property_name), optional(seq("[", $.identifier, "]")), "]"),
-        seq($._property_begin, alias(/symmetry[ \t]+reduce/, $.property_name), "]", optional(seq(":", commaSep1($._expression))))
+        seq($._property_begin, alias(/symmetry[ \t]+reduce/, $.property_name), "]", optional(seq(":", optional(commaSep1($._expression)))))
       ),
 
     _expression: ($) =>
@@ -158,7 +161,7 @@ module.exports = grammar({
         $.lambda
       ),
 
-    _name: ($) => choice($.identifier, $.qualified_name),
+    _name: ($) => choice($.identifier, $.qualified_name, alias(choice(...PARAGRAPHS), $.identifier)),
     qualified_name: (_) => /[\p{L}][\p{L}\p{N}_]*'*(::[\p{L}][\p{L}\p{N}_]*'*)+/,
     identifier: (_) => IDENTIFIER,
     number: (_) => /[0-9]+/,
@@ -258,13 +261,20 @@ module.exports = grammar({
         prec.left(3, seq($._type, ".", $._type)),
         prec.right(2, seq($._type, choice("=>", "=>*"), $._type)),
         prec.right(1, seq($._type, "->", $._type)),
-        seq($.identifier, $.identifier, "=>", $._type)
+        prec.right(2, seq($.constraint, "=>", $._type)),
+        prec.right(2, seq("(", commaSep1($.constraint), ")", "=>", $._type))
       ),
+
+    constraint: ($) => seq($.identifier, $.identifier),
 
     // Paragraphs of CSP-OZ: their sections by name, and in them words.
     class: ($) => seq("class", field("name", $.identifier), repeat($._oz), "end"),
     z_definition: ($) =>
-      prec.right(seq(field("name", $.identifier), choice("==", "::="), $._range, repeat(seq("|", $._expression)))),
+      prec.right(
+        seq(field("name", $.identifier), choice("==", "::="), choice($._range, $.z_set), repeat(seq("|", $._expression)))
+      ),
+    z_set: ($) => seq(alias($._z_set_begin, "{"), repeat(choice($._oz, $._braces)), "}"),
+    _braces: ($) => seq("{", repeat(choice($._oz, $._braces)), "}"),
     _range: ($) => prec.right(seq($._expression, optional(seq("..", $._expression)))),
     given: ($) => seq("given", commaSep1($.identifier)),
     reading: ($) => seq("reading", $.identifier, "=", $._range),

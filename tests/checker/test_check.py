@@ -32,6 +32,7 @@ from tests.checker.textbook import (
     perhaps,
     then,
 )
+from tests.examples import examples
 
 Question = Callable[[Checker], Outcome]
 
@@ -61,7 +62,7 @@ terms = st.one_of(processes(size=6), compositions(size=4, components=2))
 class TestSharing:
     """What was asked before makes no difference."""
 
-    @settings(max_examples=25, deadline=None)
+    @settings(max_examples=examples(25), deadline=None)
     @given(terms, terms, st.randoms(use_true_random=False), st.booleans(), st.sampled_from((None, 4, 12)))
     def test_shuffled_questions_have_the_same_answers(
         self, p: Process, q: Process, random: object, full: bool, limit: int | None
@@ -198,7 +199,7 @@ class TestLimits:
                 f"state limit of 40 (`--max-states`) reached: 20 states explored to depth 3, no {nothing} among them"
             )
 
-    @settings(max_examples=20, deadline=None)
+    @settings(max_examples=examples(20), deadline=None)
     @given(terms, terms, st.integers(1, 30))
     def test_a_limit_never_turns_a_verdict(self, p: Process, q: Process, states: int) -> None:
         for question in questions(p, q):
@@ -211,7 +212,7 @@ class TestLimits:
 
 
 class TestWorkers:
-    @settings(max_examples=15, deadline=None)
+    @settings(max_examples=examples(15), deadline=None)
     @given(terms, terms)
     def test_their_number_makes_no_difference(self, p: Process, q: Process) -> None:
         for question in questions(p, q):
@@ -302,7 +303,7 @@ class TestProcessesWithoutEnd:
         for kind in ("deadlock free", "deterministic"):
             assert on.check_property(ahead(0), kind).verdict is Verdict.UNKNOWN  # type: ignore[arg-type]
 
-    @settings(max_examples=60)
+    @settings(max_examples=examples(60))
     @given(terms, terms, st.integers(1, 12))
     def test_the_beginning_tells_nothing_but_the_truth(self, p: Process, q: Process, most: int) -> None:
         with pytest.MonkeyPatch.context() as patch:

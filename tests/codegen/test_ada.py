@@ -23,6 +23,7 @@ from cspcheck.codegen.emit.keeping import write
 from cspcheck.following import Follower
 from cspcheck.runs import Verdict, follow, read_records
 from tests.codegen.programs import SPECS
+from tests.examples import examples
 
 hosted = pytest.mark.skipif(
     shutil.which("gnatmake") is None or shutil.which("make") is None,
@@ -195,7 +196,7 @@ def test_the_commands_of_the_page_do_what_it_says(tmp_path: Path) -> None:
 hostile = st.text(alphabet=st.sampled_from('"\\*-_/?\n\r\té\u2028%{}()#ab1\x00'), min_size=1, max_size=90)
 
 
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 @given(hostile)
 def test_texts_stay_texts_in_ada(text: str) -> None:
     literal = quoting.ada_text(text)

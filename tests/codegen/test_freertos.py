@@ -21,6 +21,7 @@ from cspcheck.codegen.emit.keeping import write
 from cspcheck.following import Follower
 from cspcheck.runs import Verdict, follow, read_records
 from tests.codegen.programs import SPECS
+from tests.examples import examples
 
 API = Path(__file__).parent / "freertos_api"
 COMPILER = shutil.which("cc")
@@ -138,7 +139,7 @@ def test_a_program_compiles_for_a_microcontroller(tmp_path: Path) -> None:
 hostile = st.text(alphabet=st.sampled_from('"\\*/?\n\r\té\u2028%{}()#ab\x00'), min_size=1, max_size=8)
 
 
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 @given(hostile)
 def test_texts_stay_texts_in_c(text: str) -> None:
     literal = quoting.c_text(text)

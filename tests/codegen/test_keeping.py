@@ -18,6 +18,7 @@ from cspcheck.codegen.design.system import system
 from cspcheck.codegen.emit import ada, freertos
 from cspcheck.codegen.emit.keeping import LIST, Written, orphans, write
 from cspcheck.codegen.emit.project import Project, project
+from tests.examples import examples
 
 ONE = """
 channel link : {0..3}
@@ -142,7 +143,7 @@ def test_a_folder_with_other_things_is_left_alone(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["main.py", "user_methods.py"]
 
 
-@settings(max_examples=60)
+@settings(max_examples=examples(60))
 @given(st.data())
 def test_nothing_that_a_person_wrote_is_ever_lost(data: st.DataObject) -> None:
     """Edit anything, change the script, generate again, with force or without: every line is still in some file."""

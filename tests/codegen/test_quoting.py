@@ -14,6 +14,7 @@ import cspcheck
 from cspcheck.codegen import quoting
 from cspcheck.codegen.design.program import design
 from cspcheck.codegen.emit.project import environment, project
+from tests.examples import examples
 
 PIECES = (
     '"',
@@ -102,7 +103,7 @@ def generated(text: str, name: str, folder: str) -> dict[str, str]:
 EXPECTED = {name: calls(text) for name, text in generated(PLAIN, "s.csp", "f").items() if name.endswith(".py")}
 
 
-@settings(max_examples=60)
+@settings(max_examples=examples(60))
 @given(
     text=st.lists(st.sampled_from(['\\"', "'", "\\\\", "\\n", "{", "#", "+exit()+", "x"]), max_size=5).map("".join),
     comment=hostile.filter(lambda comment: not {"\n", "\r", "\u2028", "\x85", "\ud800"} & set(comment)),

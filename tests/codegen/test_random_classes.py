@@ -12,6 +12,7 @@ import cspcheck
 from cspcheck.codegen.runtime import Deadlock, Program, Randomly, VirtualClock
 from tests.codegen.programs import Both, generate, loaded
 from tests.codegen.test_random_scripts import Kept
+from tests.examples import examples
 
 pytestmark = pytest.mark.slow
 
@@ -92,7 +93,7 @@ def scripts(draw: st.DrawFn) -> str:
     return text + "SYSTEM = A || B\n"
 
 
-@settings(max_examples=60)
+@settings(max_examples=examples(60))
 @given(scripts(), st.integers(0, 2**16))
 def test_classes_do_what_their_predicates_say(text: str, seed: int) -> None:
     script = cspcheck.loads(text)

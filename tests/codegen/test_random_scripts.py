@@ -11,6 +11,7 @@ from hypothesis import assume, event, given, settings, strategies as st
 import cspcheck
 from cspcheck.codegen.runtime import Deadlock, Program, Randomly, VirtualClock
 from tests.codegen.programs import Both, generate, loaded
+from tests.examples import examples
 
 pytestmark = pytest.mark.slow
 
@@ -97,7 +98,7 @@ def wrappings(draw: st.DrawFn, process: str) -> str:
     return f"({process}[[a <- b, b <- a]])" if kind == "swap" else process
 
 
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 @given(scripts(), st.integers(0, 2**16))
 def test_programs_do_what_their_scripts_say(text: str, seed: int) -> None:
     script = cspcheck.loads(text)

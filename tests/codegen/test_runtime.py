@@ -35,6 +35,7 @@ from cspcheck.codegen.runtime import (
     program,
 )
 from tests.codegen.automata import Design, designs
+from tests.examples import examples
 
 RUNNERS: tuple[Runner, ...] = ("threads", "asyncio", "loop")
 runners = pytest.mark.parametrize("runner", RUNNERS)
@@ -258,7 +259,7 @@ class TestAlternation:
         with pytest.raises(WrongOffer, match=r"P: the method m gave \(0,\), which cannot happen"):
             trace(Doing("P", lambda t: t.perform(m.own(lambda: 0, ANY))))
 
-    @settings(max_examples=80)
+    @settings(max_examples=examples(80))
     @given(designs(), st.integers(0, 2**16), st.sampled_from(RUNNERS))
     def test_every_run_is_a_run_of_the_design(self, design: Design, seed: int, runner: Runner) -> None:
         """And if it ends in a deadlock, then nothing was possible any more."""
@@ -277,7 +278,7 @@ class TestAlternation:
             assert task.log == seen[: len(task.log)]  # type: ignore[attr-defined]
             assert len(seen) - len(task.log) <= 1  # type: ignore[attr-defined]
 
-    @settings(max_examples=30)
+    @settings(max_examples=examples(30))
     @given(designs(), st.integers(0, 2**16))
     def test_whoever_carries_a_serial_run_it_is_the_same(self, design: Design, seed: int) -> None:
         runs = []

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Callable
+from functools import partialmethod
 from importlib.metadata import version
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -13,7 +16,10 @@ import pytest
 import cspcheck
 from cspcheck import Verdict, checking
 from cspcheck.api import load_with
+from cspcheck.checker.search.levels import Progress
 from cspcheck.checking import Settings
+from cspcheck.cli import progress
+from cspcheck.interactive import Shown
 
 SCRIPT = """\
 channel left, mid, right : {0..1}
@@ -269,8 +275,10 @@ class TestThePackage:
         )
         pytest.importorskip("mypy")
         root = Path(__file__).resolve().parents[2]
+        # With a cache of its own: other options would make that of the package anew.
+        options = ["--strict", "--follow-imports=silent", "--cache-dir", str(tmp_path / "cache")]
         done = subprocess.run(
-            [sys.executable, "-m", "mypy", "--strict", "--follow-imports=silent", str(tmp_path / "use.py")],
+            [sys.executable, "-m", "mypy", *options, str(tmp_path / "use.py")],
             cwd=root,
             capture_output=True,
             text=True,
@@ -281,6 +289,12 @@ class TestThePackage:
             '10: error: Incompatible types in assignment (expression has type "list[Result]", variable has type "int")'
             "  [assignment]"
         ]
+
+
+def begun_with_progress(shown: Shown, begin: Callable[[Shown, str], None], what: str) -> None:
+    """As if a search told where it is as soon as it has begun."""
+    begin(shown, what)
+    shown.progress(Progress(7, 8, 1, 3, 0.0, 0))
 
 
 class TestNotebook:
@@ -301,6 +315,55 @@ class TestNotebook:
         picture = script.process("S").architecture()
         assert repr(picture).startswith("<cspcheck.Picture")
         assert "P" in picture._repr_svg_()
+
+    def test_counterexamples_and_machines(self) -> None:
+        script = cspcheck.loads("channel a, b\nP = a -> b -> STOP\nQ = b -> Q\n")
+        found = script.check("P ||| Q [T= P \\ {a} ; a -> STOP").counterexample
+        assert found is None
+        found = script.check("Q [T= P").counterexample
+        assert repr(found) == "<cspcheck.Counterexample: trace after <>, then a>"
+        found = script.check("P [| {b} |] Q :[deadlock free]").counterexample
+        assert repr(found) == "<cspcheck.Counterexample: deadlock after <a, b>>"
+        assert "<td>2</td><td>b</td><td>P, Q</td>" in found._repr_html_()
+        assert script.process("P").lts()._repr_svg_() == script.process("P").svg()
+
+    def test_an_assertion_of_the_file_is_that_assertion(self) -> None:
+        script = cspcheck.loads("channel a\nP = a -> STOP\n-- expect: fail\nassert P :[deadlock  free]\n")
+        result = script.check(script.assertions[0])
+        assert (result.line, str(result.expected)) == (4, "fail")
+
+    def test_a_mistake_is_shown_with_its_lines(self) -> None:
+        with pytest.raises(cspcheck.ScriptError) as caught:
+            cspcheck.loads("P = nobody -> P\n")
+        (shown,) = caught.value._render_traceback_()  # as IPython asks
+        assert "1 | P = nobody -> P" in shown
+
+    def test_progress(self, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+        monkeypatch.setattr(progress, "FIRST", 0)
+        monkeypatch.setattr(progress, "LINE_INTERVAL", 0)
+        monkeypatch.setattr(Shown, "begin", partialmethod(begun_with_progress, Shown.begin))
+        script = cspcheck.loads("channel a\nP = a -> P\nassert P :[deadlock free]\n")
+        script.check()
+        assert capsys.readouterr().err == ""
+        script.check(progress=True)
+        assert capsys.readouterr().err.startswith("P :[deadlock free]: 7 states")
+
+        texts: list[str] = []
+
+        class Handle:
+            def update(self, data: dict[str, str], *, raw: bool) -> None:
+                texts.append(data["text/plain"])
+
+        def display(data: dict[str, str], *, raw: bool, display_id: bool) -> Handle:
+            texts.append(data["text/plain"])
+            return Handle()
+
+        notebook = SimpleNamespace(display=display, get_ipython=lambda: SimpleNamespace(kernel=None))
+        monkeypatch.setitem(sys.modules, "IPython", notebook)
+        monkeypatch.setitem(sys.modules, "IPython.display", notebook)
+        script.check()
+        assert texts[0].startswith("P :[deadlock free]: 7 states")
+        assert texts[-1] == ""
 
     def test_probe(self) -> None:
         probe = cspcheck.loads("channel a, b\nP = a -> b -> STOP\n").process("P").probe()

@@ -17,6 +17,7 @@ from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.process.events import TAU, TICK
 from cspcheck.cspm.process.terms import Prefix, Process
 from cspcheck.cspm.source import Source
+from tests.examples import examples
 
 SYSTEM = """\
 channel a, b, crash, reset
@@ -127,7 +128,7 @@ processes = st.recursive(
 )
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(processes, processes, processes, st.sets(st.sampled_from(EVENTS)))
 def test_what_a_machine_cannot_do_without_is_performed(p: str, q: str, r: str, shared: set[str]) -> None:
     events = "{" + ", ".join(sorted(shared)) + "}"

@@ -109,3 +109,10 @@ def test_what_the_page_of_differences_says_comes_out() -> None:
 
     assert len(results) == text.count("-- expect:") == text.count("assert ")
     assert [(r.assertion, r.verdict) for r in results] == [(r.assertion, r.expected) for r in results]
+
+
+def test_the_contents_of_the_site_are_its_pages() -> None:
+    contents = re.findall(r"^```\{toctree\}\n(?::.*\n)*\n((?:.+\n)+)```", (DOCS / "index.md").read_text(), re.MULTILINE)
+    named = [name for block in contents for name in block.split()]
+    pages = {page.stem for page in DOCS.glob("*.md")} - {"index"}
+    assert sorted(named) == sorted({*pages, "decisions/README"})

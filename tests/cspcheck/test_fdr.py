@@ -11,6 +11,8 @@ from cspcheck import fdr
 SCRIPT = """
 channel a, b
 N = 3
+A = a -> STOP
+B = b -> STOP
 P = a -> b -> P
 Q = a -> SKIP
 print N + 1
@@ -33,7 +35,7 @@ def test_the_loop_of_every_program(session: fdr.Session) -> None:
     answers = {}
     for assertion in session.assertions():
         assertion.execute(None)
-        answers[str(assertion)] = (assertion.passed(), [found.kind for found in assertion.counterexamples()])
+        answers[str(assertion)] = (assertion.passed(), [each.found.kind for each in assertion.counterexamples()])
     fdr.library_exit()
 
     assert list(answers.values()) == [(True, []), (False, ["trace"]), (False, ["deadlock"])]
@@ -42,13 +44,100 @@ def test_the_loop_of_every_program(session: fdr.Session) -> None:
 
 
 def test_further_assertions_and_expressions(session: fdr.Session) -> None:
-    assertion = session.parse_assertion("assert a -> STOP [T= P")
+    assertion = session.parse_assertion("assert a -> STOP [T= P").result()
     assertion.execute(None)
     assert not assertion.passed()
-    assert assertion.counterexamples()[0].event == "b"
-    assert session.evaluate_expression("N * 2", None) == 6
+    assert assertion.counterexamples()[0].found.event == "b"
+    assert session.evaluate_expression("<N * 2>", None).result() == "<6>"
     assert session.print_statements() == ["4"]
     assert fdr.version()
+    assert fdr.has_valid_license()
+
+
+def described(session: fdr.Session, context: fdr.DebugContext, behaviour: fdr.Behaviour) -> list[str]:
+    """A behaviour and those of its parts, a line each, as FDR4's example program walks about in them."""
+    names = ["-" if event == fdr.INVALID_EVENT else str(session.uncompile_event(event)) for event in behaviour.trace()]
+    last = behaviour.node_path()[-1]
+    words = [type(behaviour).__name__, str(behaviour.machine()), *names]
+    if isinstance(behaviour, fdr.TraceBehaviour) and behaviour.error_event() != fdr.INVALID_EVENT:
+        words.append(f"then {session.uncompile_event(behaviour.error_event())}")
+    elif isinstance(behaviour, fdr.MinAcceptanceBehaviour):
+        words.append(f"offers {[str(session.uncompile_event(event)) for event in behaviour.min_acceptance()]}")
+    elif isinstance(behaviour, fdr.LoopBehaviour):
+        words.append(f"from {behaviour.loop_index()}")
+    if last is not None:
+        words.append(f"in {session.machine_node_name(behaviour.machine(), last)}")
+    children = [line for child in context.behaviour_children(behaviour) for line in described(session, context, child)]
+    return [" ".join(words), *children]
+
+
+@pytest.mark.parametrize(
+    ("assertion", "kind", "lines"),
+    [
+        (
+            "A [T= A ||| B",
+            fdr.TraceCounterexample,
+            ["TraceBehaviour A in A", "TraceBehaviour A ||| B then b", "TraceBehaviour A", "TraceBehaviour B"],
+        ),
+        (
+            "P [F= P |~| STOP",
+            fdr.MinAcceptanceCounterexample,
+            ["MinAcceptanceBehaviour P - offers [] in P", "MinAcceptanceBehaviour P |~| STOP τ offers []"],
+        ),
+        (
+            "P \\ {a, b} :[divergence free]",
+            fdr.DivergenceCounterexample,
+            ["IrrelevantBehaviour CHAOS(Events)", "LoopBehaviour P \\ {a, b} τ τ from 0"],
+        ),
+        (
+            "P [| {a, b} |] A :[deadlock free]",
+            fdr.DeadlockCounterexample,
+            [
+                "MinAcceptanceBehaviour P [| {a, b} |] A a offers []",
+                "TraceBehaviour P a",
+                "TraceBehaviour A a",
+            ],
+        ),
+        (
+            "P |~| STOP :[deterministic [F]]",
+            fdr.DeterminismCounterexample,
+            ["MinAcceptanceBehaviour P |~| STOP τ offers []"],
+        ),
+    ],
+)
+def test_behaviours(session: fdr.Session, assertion: str, kind: type[fdr.Counterexample], lines: list[str]) -> None:
+    asked = session.parse_assertion(assertion).result()
+    asked.execute(None)
+    (counterexample,) = asked.counterexamples()
+    assert type(counterexample) is kind
+    context = fdr.DebugContext(counterexample, False)
+    context.initialise(None)
+    told = [line for behaviour in context.root_behaviours() for line in described(session, context, behaviour)]
+    assert told == lines
+
+
+def test_events_of_a_counterexample(session: fdr.Session) -> None:
+    asked = session.assertions()[1]
+    asked.execute(None)
+    (counterexample,) = asked.counterexamples()
+    assert isinstance(counterexample, fdr.TraceCounterexample)
+    events = [*counterexample.implementation_behaviour().trace(), counterexample.error_event()]
+    assert [session.uncompile_event(event).to_string() for event in events] == ["a", "a"]
+
+
+def test_a_machine_is_walked_through(session: fdr.Session) -> None:
+    machine = session.evaluate_process("(a -> Q) \\ {b}", fdr.SemanticModel_Traces, None).result()
+    assert [str(session.uncompile_event(event)) for event in machine.alphabet(False)] == ["✓", "a"]
+    seen, waiting, steps = set[int](), [machine.root_node()], []
+    while waiting:
+        node = waiting.pop()
+        if node.hash_code() in seen:
+            continue
+        seen.add(node.hash_code())
+        for step in machine.transitions(node):
+            steps.append(str(session.uncompile_event(step.event())))
+            waiting.append(step.destination())
+    assert (len(seen), steps) == (4, ["a", "a", "✓"])
 
 
 def test_what_is_wrong(session: fdr.Session, tmp_path: Path) -> None:
@@ -60,7 +149,7 @@ def test_what_is_wrong(session: fdr.Session, tmp_path: Path) -> None:
     with pytest.raises(fdr.FileLoadError, match="nobody"):
         fdr.Session().load_file(tmp_path / "bad.csp")
     with pytest.raises(fdr.InputFileError, match="nobody"):
-        session.parse_assertion("P [T= nobody").execute(None)
+        session.parse_assertion("P [T= nobody").result().execute(None)
     with pytest.raises(fdr.InputFileError):
         session.evaluate_expression("1 +", None)
     with pytest.raises(fdr.Error, match="has not been executed"):

@@ -14,6 +14,7 @@ from hypothesis.stateful import run_state_machine_as_test
 import cspcheck
 from cspcheck import testing
 from cspcheck.following import Follower
+from tests.examples import examples
 
 BUFFER = """
 channel left, right : {0..2}
@@ -69,7 +70,7 @@ class TestFollowing:
         assert inside.step("right.1") is not None
         assert inside.step("inside") is None
 
-    @settings(max_examples=30)
+    @settings(max_examples=examples(30))
     @given(st.lists(st.sampled_from(["left.0", "left.1", "right.0", "right.1"]), max_size=6))
     def test_it_says_what_the_checker_says(self, events: list[str]) -> None:
         script = SCRIPT
@@ -101,7 +102,7 @@ SCRIPT = cspcheck.loads(BUFFER)
 
 
 class TestStrategies:
-    @settings(max_examples=50)
+    @settings(max_examples=examples(50))
     @given(testing.traces(SCRIPT, "SPEC", max_length=8))
     def test_traces_are_traces(self, trace: list[str]) -> None:
         spec = follower(SCRIPT, "SPEC")
@@ -113,7 +114,11 @@ class TestStrategies:
         assert least in (["left.1", "right.1"], ["left.1", "left.0", "right.1"])
         assert find(testing.traces(SCRIPT, "SPEC"), lambda trace: True) == []
         with pytest.raises(NoSuchExample):
-            find(testing.traces(SCRIPT, "SPEC", max_length=6), lambda trace: trace[:1] == ["right.0"])
+            find(
+                testing.traces(SCRIPT, "SPEC", max_length=6),
+                lambda trace: trace[:1] == ["right.0"],
+                settings=settings(max_examples=examples(200)),
+            )
 
 
 class Good:
@@ -154,7 +159,7 @@ class TestMachines:
     def verdict(process: str, implementation: type[Good]) -> str | None:
         machine = testing.machine(SCRIPT, process, implementation, outputs={"right": 0})
         try:
-            run_state_machine_as_test(machine, settings=settings(max_examples=40, stateful_step_count=12))
+            run_state_machine_as_test(machine, settings=settings(max_examples=examples(40), stateful_step_count=12))
         except AssertionError as wrong:
             return str(wrong)
         return None

@@ -164,7 +164,7 @@ def endless() -> None:
 
 class TestGuard:
     def test_nothing_arrives_behind_its_end(self) -> None:
-        for _ in range(20):
+        for _ in range(8):
             try:
                 with Guard(seconds=0.0):
                     time.sleep(0.2)

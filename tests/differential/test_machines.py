@@ -11,14 +11,9 @@ import os
 import random
 from collections import Counter
 from collections.abc import Iterator
-from functools import partial
 
 import pytest
 
-from cspcheck.checker.checks import machine_terms, reducing, refinement, store
-from cspcheck.checker.network import compiler
-from cspcheck.checker.network.compiler import Compiler
-from cspcheck.checker.reduction import composing
 from cspcheck.checker.semantics.transitions import LimitReached, explore
 from cspcheck.checker.verdict import Limits
 from cspcheck.cspm.diagnostics import ScriptError
@@ -43,7 +38,8 @@ from tests.checker.explicit import (
 )
 from tests.checker.exploring import rows_of
 from tests.differential.engine import checker, said
-from tests.reference.processes import COMPRESSIONS, EVENTS, random_process
+from tests.differential.forcing import NEUTRAL, SLOTS, least_thresholds
+from tests.reference.processes import EVENTS, random_process
 from tests.reference.surgery import positions, relative
 
 CASES = int(os.environ.get("CSPCHECK_EXAMPLES", "24"))
@@ -53,7 +49,6 @@ STATES = 120
 
 WAYS: tuple[dict[str, bool], ...] = ({}, {"as_written": True}, {}, {"full": True})
 FOLLOWING = ("chase", "deter")
-NEUTRAL = (*COMPRESSIONS, "explicate", "lazyenumerate", "lazynorm")
 
 
 def wrapped(process: Process, rng: random.Random, letters: int) -> Process:
@@ -127,25 +122,10 @@ def answers(one: Process, other: Process, **options: bool) -> Iterator[tuple[str
         yield f"Q {model} P", said(engine.check_refinement(other, model, one))  # type: ignore[arg-type]
 
 
-@pytest.fixture
-def least(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Everything that can be a machine is one, and everything is reduced, however small it is."""
-    for module in (store, refinement):
-        monkeypatch.setattr(module, "FIRST_LOOK", 1)
-    monkeypatch.setattr(store, "WHOLE_NORMAL_FORM", 0)
-    monkeypatch.setattr(reducing, "WORTH_WHILE", -1_000)
-    monkeypatch.setattr(composing, "DIAMONDS", 1_000)
-    monkeypatch.setattr(compiler, "FEW", ())
-
-
-@pytest.mark.usefixtures("least")
-@pytest.mark.parametrize("slots", [3, 20_000])
+@pytest.mark.parametrize("slots", SLOTS)
 def test_verdicts_are_those_of_the_term(slots: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """With components that are large at once (formats, single components), and with none that is."""
-    monkeypatch.setattr(machine_terms, "Compiler", partial(Compiler, slot_states=slots))
-    if slots < compiler.SMALL:
-        monkeypatch.setattr(compiler, "SMALL", 1)
-        monkeypatch.setattr(store, "LISTED_FIRST", 1)  # specifications are followed term by term
+    least_thresholds(monkeypatch, slots)
     told: Counter[bool | None] = Counter()
     functions: Counter[str] = Counter()
     compared = 0

@@ -23,6 +23,7 @@ from cspcheck.cspm.process.terms import (
     Sequential,
     SlidingChoice,
 )
+from tests.examples import examples
 from tests.reference.behaviours import Failure, Trace
 from tests.reference.definitions import Definitions, TooMany
 from tests.reference.denotations import (
@@ -82,7 +83,7 @@ def compare(process: Process, n: int) -> None:
 
 
 @given(finite_processes(max_size=6, letters=LETTERS))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 def test_processes_without_names(process: Process) -> None:
     try:
         compare(process, DEPTH)

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 
 from cspcheck.cspm.process.construction import prefix
 from cspcheck.cspm.process.terms import Process
+from tests.examples import examples
 from tests.reference.denotations import Semantics, TooLarge, Unguarded
 from tests.reference.processes import EVENTS, A, B, processes, random_process, recursive
 from tests.reference.surgery import parts, positions, rebuilt, references, relative, smaller, with_body
@@ -16,14 +17,14 @@ from tests.reference.verdicts import MODELS, divergence, reachable, refinement
 
 
 @given(processes())
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 def test_rebuilding_from_its_own_parts_gives_the_term_itself(process: Process) -> None:
     assert rebuilt(process, parts(process)) is process
     assert all(put(subterm) is process for subterm, put in positions(process))
 
 
 @given(processes(max_size=4))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 def test_defining_all_names_anew_means_the_same(process: Process) -> None:
     names = references(process)
     if not names:

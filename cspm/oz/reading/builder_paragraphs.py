@@ -120,6 +120,28 @@ class Builder(Terms):
         self._closing(span, end)
         return z.Retrieve(span=span, name=name.name, abstract=abstract, concrete=concrete, predicates=_read(predicates))
 
+    def lemma(
+        self,
+        span: Span,
+        name: s.NameDeclaration,
+        generics: list[s.NameDeclaration],
+        predicate: z.Term,
+        hints: z.Hints | Sequence[Any],
+    ) -> z.Lemma:
+        return z.Lemma(
+            span=span,
+            name=name.name,
+            predicate=predicate,
+            generics=tuple(generics),
+            hints=hints if isinstance(hints, z.Hints) else None,
+        )
+
+    def using(self, span: Span, names: list[s.NameDeclaration], on: s.NameDeclaration | None = None) -> z.Hints:
+        return z.Hints(span=span, using=tuple(names), induction=on)
+
+    def induction(self, span: Span, on: s.NameDeclaration) -> z.Hints:
+        return z.Hints(span=span, induction=on)
+
     # --- classes ---------------------------------------------------------------------------------------------
 
     def class_(
@@ -203,9 +225,14 @@ class Builder(Terms):
         return _Section("initial", z.Initial(span=span, predicates=_read(predicates)), span)
 
     def operation_schema(
-        self, span: Span, name: s.NameDeclaration, declarations: list[z.Declare], predicates: list[z.Term]
+        self,
+        span: Span,
+        name: s.NameDeclaration,
+        declarations: list[z.Declare],
+        predicates: list[z.Term],
+        lemmas: list[s.NameDeclaration],
     ) -> _Section:
-        return self._operation_schema(span, name, None, declarations, predicates)
+        return self._operation_schema(span, name, None, declarations, predicates, lemmas)
 
     def operation_schema_with_delta(
         self,
@@ -214,8 +241,9 @@ class Builder(Terms):
         delta: Names,
         declarations: list[z.Declare],
         predicates: list[z.Term],
+        lemmas: list[s.NameDeclaration],
     ) -> _Section:
-        return self._operation_schema(span, name, delta, declarations, predicates)
+        return self._operation_schema(span, name, delta, declarations, predicates, lemmas)
 
     def _operation_schema(
         self,
@@ -224,16 +252,25 @@ class Builder(Terms):
         delta: Names | None,
         declarations: Sequence[z.Declare],
         predicates: Sequence[z.Term],
+        lemmas: Sequence[s.NameDeclaration],
     ) -> _Section:
         made = z.OperationSchema(
-            span=span, name=name.name, delta=delta, declarations=_read(declarations), predicates=_read(predicates)
+            span=span,
+            name=name.name,
+            delta=delta,
+            declarations=_read(declarations),
+            predicates=_read(predicates),
+            using=tuple(lemmas),
         )
         return _Section("operations", (made,), span)
 
-    def operation_definition(self, span: Span, name: s.NameDeclaration, body: z.Term) -> _Section:
+    def operation_definition(
+        self, span: Span, name: s.NameDeclaration, body: z.Term, lemmas: list[s.NameDeclaration]
+    ) -> _Section:
         if isinstance(body, z.OperationText):
-            return self._operation_schema(span, name, body.delta, body.declarations, body.predicates)
-        return _Section("operations", (z.OperationDefinition(span=span, name=name.name, body=body),), span)
+            return self._operation_schema(span, name, body.delta, body.declarations, body.predicates, lemmas)
+        made = z.OperationDefinition(span=span, name=name.name, body=body, using=tuple(lemmas))
+        return _Section("operations", (made,), span)
 
 
 def _read(items: Sequence[Any]) -> tuple[Any, ...]:

@@ -37,6 +37,8 @@ _OTHERS: Final = {
     "|": r"\mid \bar \vert",
     "where": r"\where \ST",
     "initially": r"\initially",
+    "using": r"\using",
+    "by": r"\induction",
     "inrel": r"\inrel",
     "==": "",
     "SDEF": r"\sdef \sdefs \defs \triangleq",

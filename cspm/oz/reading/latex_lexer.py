@@ -46,6 +46,7 @@ BOXES: Final = {
     "const": "const",
     "uniqdef": "const",
     "retrieve": "retrieve",
+    "ozlemma": "lemma",
 }
 """Environments with the word that they stand for."""
 
@@ -419,6 +420,10 @@ class Lexer:
             self._add("NAME", start, self.position, "init", section=True)
             self._break()
             return
+        if kind in ("using", "by"):
+            for word in ("using",) if kind == "using" else ("by", "induction", "on"):
+                self._add("NAME", start, self.position, word, section=word == kind)
+            return
         value = kind if kind in PREFIX or kind in INFIX else ""
         self._add(kind, start, self.position, value)
 
@@ -509,7 +514,7 @@ class Lexer:
         if word is None:
             return
         self._add("NAME", start, self.position, word, section=True)
-        if word in ("class", "schema", "op", "retrieve"):
+        if word in ("class", "schema", "op", "retrieve", "lemma"):
             argument = self._argument()
             if argument is not None:
                 after = self.position
@@ -517,11 +522,13 @@ class Lexer:
                 self._range(argument[1])
                 self.position = after
                 generics = _GENERICS.match(self.text, after, self.end)
-                if word in ("class", "schema") and generics is not None and not _PROSE.search(generics[0]):
+                if word in ("class", "schema", "lemma") and generics is not None and not _PROSE.search(generics[0]):
                     self.last = after + len(generics[0]) - len(generics[0].lstrip())  # of the name, no comment
                     self._range(generics.end())
             if word == "retrieve":
                 self._classes_of_retrieve()
+            elif word == "lemma":
+                self._add(":", self.position, self.position)
         if word == "init" and outer == "schema":
             self.open[-1] = ("init", span)
         self._break()
@@ -548,7 +555,7 @@ class Lexer:
         word = BOXES.get(name)
         self._break()
         nested = word == "init" and len(self.open) > 1 and BOXES.get(self.open[-2][0]) == "schema"
-        if word is not None and not nested:
+        if word not in (None, "lemma") and not nested:
             self._add("end", start, self.position, "end", section=True)
         self.open.pop()
         self._break()

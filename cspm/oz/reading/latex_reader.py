@@ -168,9 +168,8 @@ def _paragraphs(markup: Markup) -> list[list[Token]]:
             token.value = "op"
         elif token.first and at_top and not token.section and not _goes_on(result[-1], token):
             new, consumed = _line(tokens, place, _line_end(tokens, boxes, place), in_class=classes)
-        begins = (
-            not classes and result[-1] and (token.section or (new[0].section)) and token.kind not in ("where", "end")
-        )
+        section = (token.section or new[0].section) and token.kind not in ("where", "end")
+        begins = not classes and result[-1] and section and token.value not in ("using", "by")
         if begins and token.kind != "$END" and _is_complete(result[-1]):
             result.append([])
         result[-1] += new
@@ -187,7 +186,7 @@ def _is_initial(tokens: Sequence[Token], place: int) -> bool:
 def _is_complete(tokens: Sequence[Token]) -> bool:
     """Whether a paragraph outside a class may end before a new section: a box only behind its ``end``."""
     words = [str(t.value) for t in tokens if t.section and t.kind == "NAME"]
-    return not words or words[0] not in BOXES.values() or tokens[-1].kind == "end"
+    return not words or words[0] not in BOXES.values() or words[0] == "lemma" or tokens[-1].kind == "end"
 
 
 def _line_end(tokens: Sequence[Token], boxes: Sequence[str], place: int) -> int:

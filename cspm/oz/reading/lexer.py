@@ -94,7 +94,7 @@ _TOKEN = re.compile(
 _BLOCK = re.compile(r"\{-|-\}")
 _EOL = r"[ \t]*(?:$|--|\{-)"
 SECTION: Final = re.compile(
-    rf"(?:chan|method|local_chan|inherit|op|given|schema|visible)[ \t]+[A-Za-z_]|visible[ \t]*\("
+    rf"(?:chan|method|local_chan|inherit|op|given|schema|lemma|visible)[ \t]+[A-Za-z_]|visible[ \t]*\("
     rf"|const[ \t]+[A-Za-z_]|const{_EOL}"
     rf"|main[ \t]*=(?!=)|{_NAME}[ \t]*::="
     rf"|state(?:{_EOL}|[ \t]+{_NAME}[ \t]*(?:,|:))"
@@ -104,11 +104,17 @@ SECTION: Final = re.compile(
 )
 """What a line begins with where a section of a class begins."""
 
+HINT: Final = re.compile(
+    rf"using[ \t]+{_NAME}(?=(?:[ \t]*,|[ \t]+by[ \t]|[ \t]+end\b|{_EOL}))|by[ \t]+induction[ \t]+on[ \t]+{_NAME}",
+    re.MULTILINE,
+)
+"""What helps a proof: behind a lemma or an operation."""
+
 _INCLUSION: Final = re.compile(rf"(?:Delta|Δ)[ \t]+{_NAME}['?!]*(?![A-Za-z0-9_'?!]|[ \t]*[:,])")
 """``Delta S`` in the brackets of a schema, which may begin a line there."""
 
 PARAGRAPH: Final = re.compile(
-    rf"(?:class|given|schema|retrieve)[ \t]+{_NAME}"
+    rf"(?:class|given|schema|retrieve|lemma)[ \t]+{_NAME}"
     rf"|const(?:\s|--[^\n]*\n|\{{-(?:(?!-\}})[\s\S])*-\}})+{_NAME}['?!]?[ \t]*(?:,|:(?!:))"
     rf"|reading[ \t]+(?:{_NAME}|[^\W0-9_])"
     r"|view[ \t]+[A-Za-z]"
@@ -202,6 +208,13 @@ def tokens(source: Source, start: int, end: int, scan: Scan) -> Iterator[Token]:
             )
         ):
             # No bracket goes over a section: what is open was meant to be closed before.
+            token.section = True
+            open_brackets.clear()
+        if (
+            group == "name"
+            and (broken or previous in OPERAND_ENDS or previous in NAMING)
+            and HINT.match(text, begin, end)
+        ):
             token.section = True
             open_brackets.clear()
         if group == "name":
@@ -335,7 +348,7 @@ def _block_end(source: Source, first: Token, second: Token, stream: Iterator[Tok
                 return end
         elif token.section and token.kind == "NAME":
             closable = token.value in ("op", "state", "init", "INIT", "const", "schema") or (
-                closable and token.value == "Delta"
+                closable and token.value in ("Delta", "using")
             )
             schema = schema or token.value == "schema"
         elif token.section and token.kind != "where":
@@ -368,6 +381,7 @@ def _lines_end(source: Source, first: Token, second: Token, stream: Iterator[Tok
                 or token.kind in ("|", "@", "then", "else", ",", "::=", "==", "]", ")", "}")
                 or continues(token)
                 or (axiom and _is_declaration(token, stream, ahead))
+                or (first.value == "lemma" and HINT.match(source.text, token.start))
             )
             if not goes_on:
                 break

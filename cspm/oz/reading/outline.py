@@ -14,6 +14,7 @@ from cspcheck.cspm.spelling import suggestions
 
 SECTIONS: Final = (
     *("visible", "inherit", "chan", "method", "local_chan", "given", "const", "schema", "state", "init", "op"),
+    "lemma",
 )
 """The words that begin a section of a class."""
 
@@ -70,6 +71,8 @@ class Layout(Lines):
                     return 2
                 case "retrieve":
                     return self._retrieve()
+                case "lemma":
+                    return self._lemma(0)
         return self._definition(0)
 
     def _axiom(self, at: int, *, top: bool) -> int:
@@ -165,6 +168,33 @@ class Layout(Lines):
         at = self._where(at)
         return self._block_end(at) if "where" in self.laid.kinds else at
 
+    def _lemma(self, at: int) -> int:
+        """Lay out ``lemma N : p`` with what helps to prove it."""
+        self._emit("lemma", at)
+        at = self._head(at + 1)
+        if self.tokens[at].kind == ":" and not self.tokens[at].section:
+            self._emit(":", at)
+            at = self._one_line(at + 1)
+        at = self._using(at)
+        if self._is_word(at, "by"):
+            for word in ("by", "induction", "on", "NAME"):
+                self._emit(word, at)
+                at += 1
+        return at
+
+    def _using(self, at: int) -> int:
+        """Lay out the names of lemmas, if they are there."""
+        if not self._is_word(at, "using"):
+            return at
+        self._emit("using", at)
+        at += 1
+        while self.tokens[at].kind in ("NAME", ",") and not self.tokens[at].section:
+            if self.tokens[at].first and self.tokens[at - 1].kind != "," and self.tokens[at].kind != ",":
+                break
+            self._emit(self.tokens[at].kind, at)
+            at += 1
+        return at
+
     def _definition(self, at: int) -> int:
         """Lay out ``N == ...``, ``N[X] == ...`` or ``N ::= ...``."""
         token = self.tokens[at]
@@ -226,6 +256,8 @@ class Layout(Lines):
                     return self._axiom(at, top=False)
                 case "schema":
                     return self._schema(at)
+                case "lemma":
+                    return self._lemma(at)
                 case "state":
                     return self._state(at)
                 case "init" | "INIT":
@@ -234,7 +266,7 @@ class Layout(Lines):
                     return self._section_end(at)
                 case "op":
                     return self._operation(at)
-                case "Delta" | "where":
+                case "Delta" | "where" | "using" | "by":
                     return self._refuse(MISPLACED, at)
         if token.kind == "NAME" and self._is_definition(at):
             return self._definition(at)
@@ -298,13 +330,13 @@ class Layout(Lines):
         at += 1
         if self.tokens[at].kind == "=" and not self.tokens[at].section:
             self._emit("=", at)
-            return self._section_end(self._one_line(at + 1, operation=True))
+            return self._section_end(self._using(self._one_line(at + 1, operation=True)))
         if self.tokens[at].kind == "NAME" and self.tokens[at].value == "Delta":
             self._emit("Delta", at)
             at += 1
             if self.tokens[at].kind == "(" and not self.tokens[at].section:
                 at = self._delta(at)
-        return self._section_end(self._where(self._declarations(at)))
+        return self._section_end(self._using(self._where(self._declarations(at))))
 
     def _delta(self, at: int) -> int:
         """Lay out the names of a Delta-list in brackets, and the ``;`` behind it."""

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias, TypeVar
+from typing import TypeVar
 
 from cspcheck.cspm.diagnostics import Diagnostic, DiagnosticSink
 from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
 from cspcheck.cspm.oz.typing.equations import check_equations, renamed_equations
 from cspcheck.cspm.oz.typing.identities import POOL, valued
+from cspcheck.cspm.oz.typing.lemmas import Lemmas, helpful
 from cspcheck.cspm.oz.typing.objects import Flattened, ObjectClass, Objects
 from cspcheck.cspm.oz.typing.operation_calculus import Box, Surroundings, joined_sets
 from cspcheck.cspm.oz.typing.operations import PREFIXES, Boxes, inherited_operations
@@ -23,12 +24,15 @@ from cspcheck.cspm.oz.typing.paragraphs import Paragraphs, names_of
 from cspcheck.cspm.oz.typing.scopes import (
     ClassEntry,
     ConstructorEntry,
+    Definition,
     GenericEntry,
     ObjectEntry,
     Scope,
     SetEntry,
     StateEntry,
     VariableEntry,
+    place_of,
+    same_definition,
     whole,
 )
 from cspcheck.cspm.oz.typing.typing import Typing
@@ -39,7 +43,6 @@ from cspcheck.cspm.source import Span
 from cspcheck.cspm.spelling import suggestions
 
 D = TypeVar("D", bound=core.Declared)
-Definition: TypeAlias = SetEntry | GenericEntry | ConstructorEntry
 
 
 @dataclass
@@ -64,6 +67,7 @@ class Classes:
         self.scope = scope
         self.paragraphs = paragraphs
         self.report = report
+        self.lemmas = Lemmas(typing, report)
         self.parameters = Scope(scope)
         """The given sets that generic parameters stand for, beside all names of the script."""
         self._built: dict[tuple[str, tuple[core.Term, ...]], _Built] = {}
@@ -160,6 +164,7 @@ class _Builder:
         self.operations: dict[str, core.Operation] = {}
         self.processes: list[core.ProcessPart] = []
         self.parents: list[str] = []
+        self.lemmas: dict[str, core.Lemma] = {}
         self.boxes: dict[str, Box] = {}
         """The schemas of parents, by the names of their operations."""
         self.objects: dict[str, ObjectEntry] = {}
@@ -183,7 +188,10 @@ class _Builder:
         self.channels.update(boxes.channels)
         joined = inherited_operations(self._aligned(self.operations), own, self.report)
         # The sets of the channel may have become narrower since a parent's operation was made.
-        self.operations = {n: replace(o, parameters=self.channels[n].parameters) for n, o in joined.items()}
+        self.operations = {
+            n: replace(o, parameters=self.channels[n].parameters, using=helpful(tree, n, self.operations.get(n)))
+            for n, o in joined.items()
+        }
         if tree.equations:
             self.processes.append(core.ProcessPart(owner=tree.name, equations=tree.equations))
         check_equations(tree, self.channels, self.processes, own, self.report)
@@ -204,6 +212,7 @@ class _Builder:
             initial=None if self.initial is None else tuple(self.initial),
             operations=self.operations,
             processes=tuple(self.processes),
+            lemmas=self.lemmas | self.classes.lemmas.declared(tree.paragraphs, self.scope, "invariant"),
         )
         return _Built(model, self.scope, boxes.boxes(), self.objects, self.types)
 
@@ -242,6 +251,7 @@ class _Builder:
             self.scope.add(constant.name, VariableEntry(variable, constant.span))
         self._extend(self.axioms, parent.axioms)
         self._extend(self.invariant, parent.invariant)
+        self.lemmas |= parent.lemmas
         if parent.initial is not None:
             self.initial = self.initial or []
             self._extend(self.initial, parent.initial)
@@ -257,8 +267,8 @@ class _Builder:
     def _adopt(self, name: str, entry: Definition, owner: str) -> None:
         """Take over what a name stands for in a class; two classes must agree."""
         first, before = self.types.get(name, (entry, owner))
-        if not _same_definition(first, entry):
-            spans = (_place(entry) or self.tree.span, _place(first) or self.tree.span)
+        if not same_definition(first, entry):
+            spans = (place_of(entry) or self.tree.span, place_of(first) or self.tree.span)
             self.report(messages.inherited_with_another_meaning(name, *spans, (owner, before)))
         self.scope.add(name, entry)
         self.types[name] = entry, owner
@@ -266,7 +276,7 @@ class _Builder:
     def _one_meaning(self) -> None:
         """DiagnosticSink names that are of two kinds, such as a constant that a parent has as a variable."""
         tables: list[dict[str, Span]] = [
-            {name: _place(entry) or self.tree.span for name, (entry, _) in self.types.items()}
+            {name: place_of(entry) or self.tree.span for name, (entry, _) in self.types.items()}
         ]
         tables += [{d.name: d.span for d in t.values()} for t in (self.constants, self.primary, self.secondary)]
         tables.append({o.name: o.span for o in self.tree.operations} if self._is_plain else {})
@@ -578,19 +588,3 @@ def _types(channel: core.Channel) -> tuple[core.Type, ...]:
 
 def _shown(channel: core.Channel) -> str:
     return f"[{'; '.join(f'{p.name} : {p.type}' for p in channel.parameters)}]"
-
-
-def _same_definition(first: Definition, other: Definition) -> bool:
-    """Whether two classes mean the same by a name."""
-    match first, other:
-        case SetEntry(), SetEntry():
-            return shape(first.term) == shape(other.term)
-        case GenericEntry(), GenericEntry():
-            return first.abbreviation == other.abbreviation
-        case ConstructorEntry(), ConstructorEntry():
-            return first.type == other.type
-    return False
-
-
-def _place(entry: Definition) -> Span | None:
-    return entry.abbreviation.span if isinstance(entry, GenericEntry) else entry.span

@@ -17,6 +17,7 @@ from cspcheck.cspm.oz.typing.fitting import Misfit, fit
 from cspcheck.cspm.oz.typing.forms import sets_of_one_range
 from cspcheck.cspm.oz.typing.identities import identities
 from cspcheck.cspm.oz.typing.interfaces import compare_interfaces, settled
+from cspcheck.cspm.oz.typing.lemmas import Lemmas
 from cspcheck.cspm.oz.typing.paragraphs import Paragraphs
 from cspcheck.cspm.oz.typing.scopes import AmbiguousEntry, ClassEntry, Scope, SetEntry, VariableEntry, toolkit
 from cspcheck.cspm.oz.typing.typing import Typing
@@ -96,6 +97,10 @@ class _Elaboration:
         outside = [d for d in self.declarations if not isinstance(d, s.Paragraph)]
         compare_interfaces(models, outside, classes.unclear, self.report)
         models = settled(models)
+        lemmas = Lemmas(self.typing, self.report)
+        found_lemmas = lemmas.declared([d for d in self.declarations if isinstance(d, s.Lemma)], self.scope, "axiom")
+        lemmas.check(self.declarations, found_lemmas, models)
+        paragraphs.givens.update(lemmas.givens | classes.lemmas.givens)
         retrieves = {}
         for declaration in self.declarations:
             if isinstance(declaration, s.Retrieve):
@@ -120,6 +125,7 @@ class _Elaboration:
             axioms=tuple(paragraphs.axioms),
             classes=models,
             retrieves=retrieves,
+            lemmas=found_lemmas,
             readings=tuple([reading for reading in readings if reading is not None]),
             control=any(isinstance(d, s.View) and d.kind == "control" for d in self.declarations),
         )

@@ -538,3 +538,51 @@ def wrong_reading(text: str, expected: str, span: Span) -> Diagnostic:
 def recursive_schema(name: str, span: Span) -> Diagnostic:
     """A schema or abbreviation that is declared by itself."""
     return Diagnostic("CSP655", f"`{name}` is declared by itself", span, help="use a free type for recursive data")
+
+
+_LEMMA = "lemma two : forall s, t : seq nat @ #(s ^ t) = #s + #t by induction on {0}\nlemma one : 1 < 2{1}"
+
+
+@mistake(
+    "CSP661",
+    "unknown lemma",
+    explanation=(
+        "What stands behind `using` are lemmas of the class or of the script, and laws of the toolkit by the names "
+        "that the page about proof lists."
+    ),
+    example=_LEMMA.format("s", " using too"),
+    repair=_LEMMA.format("s", " using two"),
+)
+def unknown_lemma(name: str, span: Span, suggested: Sequence[str]) -> Diagnostic:
+    """A name behind ``using`` that no lemma has."""
+    return Diagnostic("CSP661", f"there is no lemma `{name}`", span, help=_meant(suggested))
+
+
+@mistake(
+    "CSP662",
+    "lemmas that use each other",
+    explanation="A lemma may be proved with the help of others only where those are proved without it.",
+    example="lemma one : 1 < 2 using two\nlemma two : 2 < 3 using one",
+    repair="lemma one : 1 < 2 using two\nlemma two : 2 < 3",
+)
+def circular_lemmas(names: Sequence[str], span: Span) -> Diagnostic:
+    """*names*: the lemmas of the circle."""
+    if len(set(names)) == 1:
+        return Diagnostic("CSP662", f"`{names[0]}` is to be proved with itself", span)
+    shown = ", ".join(f"`{name}`" for name in dict.fromkeys(names))
+    return Diagnostic("CSP662", f"these lemmas are to be proved with each other: {shown}", span)
+
+
+@mistake(
+    "CSP663",
+    "induction on what is no variable",
+    explanation=(
+        "A lemma is proved by induction on a variable of its outermost `forall`: a number from some number on, a "
+        "sequence, a finite set or function, or a value of a free type."
+    ),
+    example=_LEMMA.format("u", ""),
+    repair=_LEMMA.format("s", ""),
+)
+def induction_on_nothing(name: str, span: Span) -> Diagnostic:
+    """A name behind ``by induction on`` that the outermost quantifier does not bind."""
+    return Diagnostic("CSP663", f"the lemma says nothing of all `{name}`", span, annotation="not bound by its `forall`")

@@ -9,6 +9,7 @@ from typing import Final, Literal, TypeAlias
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.reading.operators import INREL
+from cspcheck.cspm.oz.values.terms import shape
 from cspcheck.cspm.source import Span
 
 PredicatePlace = Literal["effect", "guard", "invariant", "initial", "axiom", "retrieve", "record"]
@@ -132,6 +133,10 @@ Entry: TypeAlias = (
     | AmbiguousEntry
     | FailedEntry
 )
+
+
+Definition: TypeAlias = SetEntry | GenericEntry | ConstructorEntry
+"""What types, abbreviations and schemas are."""
 
 
 class Scope:
@@ -279,3 +284,20 @@ def subterms(term: s.Term) -> Iterator[s.Term]:
             if term.condition is not None:
                 yield term.condition
             yield term.body
+
+
+def same_definition(first: Definition, other: Definition) -> bool:
+    """Whether two classes mean the same by a name."""
+    match first, other:
+        case SetEntry(), SetEntry():
+            return shape(first.term) == shape(other.term)
+        case GenericEntry(), GenericEntry():
+            return first.abbreviation == other.abbreviation
+        case ConstructorEntry(), ConstructorEntry():
+            return first.type == other.type
+    return False
+
+
+def place_of(entry: Definition) -> Span | None:
+    """Where a name was given its meaning."""
+    return entry.abbreviation.span if isinstance(entry, GenericEntry) else entry.span

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
+from functools import cached_property
 from typing import Any, Final, TypeAlias
 
 from cspcheck.cspm.oz import core
@@ -34,6 +35,7 @@ from cspcheck.cspm.oz.core import (
 from cspcheck.cspm.oz.processes import messages as messages
 from cspcheck.cspm.oz.values.carriers import Frame, TooLarge, Unbounded, Undefined
 from cspcheck.cspm.oz.values.readings import Readings
+from cspcheck.cspm.oz.values.recursion import Recursion, Recursive, recursions
 from cspcheck.cspm.oz.values.terms import Name, free_variables, show_term
 from cspcheck.cspm.oz.values.values import Construction, Graph, show
 from cspcheck.cspm.values.failure import Failure
@@ -195,6 +197,8 @@ class Evaluator:
         if name not in self._constants:
             if name in self._given:
                 self._constants[name] = self._given[name]
+            elif name in self.recursions:
+                self._constants[name] = Recursive(self, self.recursions[name])
             else:
                 was, self._solving = self._solving, True
                 try:
@@ -203,11 +207,20 @@ class Evaluator:
                     self._solving = was
         return self._constants[name]
 
+    @cached_property
+    def recursions(self) -> Mapping[str, Recursion]:
+        """The constants that are defined by recursion."""
+        axioms = (*self.specification.axioms, *(self.model.axioms if self.model else ()))
+        return recursions(self._declared().values(), axioms)
+
     def _together(self, name: str) -> tuple[list[core.Declared], list[Term]]:
         """The constants that must be chosen together with one, and the axioms about them."""
-        declared = self._declared()
-        axioms = (*self.specification.axioms, *(self.model.axioms if self.model else ()))
-        mentioned = [{n for n, role in free_variables(a) if role == "constant"} for a in axioms]
+        known = self.recursions
+        declared = {n: d for n, d in self._declared().items() if n not in known}
+        said = {axiom for recursion in known.values() for axiom in recursion.axioms}
+        axioms = [*self.specification.axioms, *(self.model.axioms if self.model else ())]
+        axioms = [axiom for axiom in axioms if axiom not in said]
+        mentioned = [{n for n, role in free_variables(a) if role == "constant"} - known.keys() for a in axioms]
         carriers = {
             d.name: {n for n, role in free_variables(d.carrier) if role == "constant"} for d in declared.values()
         }

@@ -17,6 +17,7 @@ from cspcheck.cspm.oz.core import Apply, Binder, Comprehension, Construct, Field
 from cspcheck.cspm.oz.values.evaluation import Evaluator
 from cspcheck.cspm.oz.values.readings import COLLECTIONS
 from cspcheck.cspm.oz.values.terms import conjuncts, free_variables, shape
+from cspcheck.cspm.oz.writing import relations
 from cspcheck.cspm.oz.writing.operators_cspm import AND, ATOM, CALLED, COMPARED, HELPERS, INFIX, NOT, OR
 from cspcheck.cspm.values.failure import Failure
 
@@ -237,18 +238,22 @@ class Expressions:
             return f" {sign} ".join(texts), tight
         if operator in CALLED:
             return f"{CALLED[operator]}({', '.join(self.text(operand) for operand in operands)})", ATOM
+        of_pairs = relations.RULES.get(operator)
+        if of_pairs is not None:
+            return of_pairs(self, term)
         if operator in HELPERS:
-            return f"{self._helper(operator)}({self.text(operands[0])})", ATOM
+            return f"{self.helper(operator)}({self.text(operands[0])})", ATOM
         rule = _RULES.get(operator)
         if rule is None:
             raise Untranslatable(operator)
         return rule(self, *operands)
 
-    def _helper(self, operator: str) -> str:
+    def helper(self, operator: str) -> str:
+        """The name of a function for an operator, which is defined once."""
         found = self._helpers.get(operator)
         if found is None:
             found = self._helpers[operator] = self._fresh(operator)
-            names = {letter: self.local(letter) for letter in "afnsxy"}
+            names = {letter: self.local(letter) for letter in "afknsvxy"}
             self.definitions.append(HELPERS[operator].format(name=found, **names))
         return found
 
@@ -263,9 +268,13 @@ class Expressions:
                 return self._short(listed, "values")
         match carrier:
             case Apply(operator="fun", operands=(domain, ranged)):
-                return f"{self._helper('functions')}(seq({self.values(domain)}), {self.values(ranged)})"
+                return f"{self.helper('functions')}(seq({self.values(domain)}), {self.values(ranged)})"
             case Apply(operator="power" | "finset", operands=(inner,)):
                 return f"Set({self.values(inner)})"
+            case Apply(operator="rel", operands=(first, second)):
+                left, right = self.element(), self.element()
+                pairs = f"{left} <- {self.values(first)}, {right} <- {self.values(second)}"
+                return f"Set({{({left}, {right}) | {pairs}}})"
             case Apply(operator="cross", operands=operands):
                 names = [self.element() for _ in operands]
                 generators = [f"{name} <- {self.values(part)}" for name, part in zip(names, operands, strict=True)]
@@ -327,6 +336,12 @@ class Expressions:
             case "cross":
                 names = [self.element() for _ in operands]
                 return self._none(f"({', '.join(names)}) <- {{{value[0]}}}", names, operands)
+            case "rel":
+                names = [self.element() for _ in operands]
+                return self._none(f"({', '.join(names)}) <- {value[0]}", names, operands)
+            case "bag":
+                name = self.element()
+                return [*size, *self._none(f"({name}, _) <- set(mapToList({value[0]}))", [name], operands)]
             case "pfun" | "ffun":
                 names = [self.element() for _ in operands]
                 return self._none(f"({', '.join(names)}) <- set(mapToList({value[0]}))", names, operands)
@@ -452,21 +467,14 @@ def _in(self: Expressions, value: Term, carrier: Term) -> Written:
 
 def _apply(self: Expressions, function: Term, argument: Term) -> Written:
     if isinstance(function.type, core.SequenceType):
-        return f"{self._helper('nth')}({self.text(function)}, {self.text(argument)})", ATOM
+        return f"{self.helper('nth')}({self.text(function)}, {self.text(argument)})", ATOM
+    if isinstance(function.type, core.BagType):
+        return relations.counted(self, function, argument)
     if not isinstance(function.type, core.FunctionType):
         raise Untranslatable("apply")
     if isinstance(function, Apply) and function.operator == "sequence_to_function":
         return _apply(self, function.operands[0], argument)
     return f"mapLookup({self.text(function)}, {self.text(argument)})", ATOM
-
-
-def _override(self: Expressions, function: Term, change: Term) -> Written:
-    if not isinstance(function.type, core.FunctionType) or not isinstance(change, Apply):
-        raise Untranslatable("override")
-    if change.operator != "function":
-        raise Untranslatable("override")
-    pairs = ", ".join(self.text(pair) for pair in change.operands)
-    return f"mapUpdateMultiple({self.text(function)}, <{pairs}>)", ATOM
 
 
 def _function(self: Expressions, *pairs: Term) -> Written:
@@ -487,20 +495,16 @@ def _domain(self: Expressions, function: Term) -> Written:
 
 
 def _range(self: Expressions, function: Term) -> Written:
-    function = _peeled(function)
-    if isinstance(function.type, core.FunctionType):
-        v = self.local("v")
-        return f"{{{v} | (_, {v}) <- set(mapToList({self.text(function)}))}}", ATOM
-    return _side(self, function, 1), ATOM
+    return _side(self, _peeled(function), 1), ATOM
 
 
 def _side(self: Expressions, relation: Term, place: int) -> str:
     if isinstance(relation.type, core.SequenceType):
         text = self.text(relation, ATOM)
         return f"set({text})" if place else f"{{1..#{text}}}"
-    x = self.local("x")
+    x = self.local("v" if place else "x")
     pattern = f"(_, {x})" if place else f"({x}, _)"
-    return f"{{{x} | {pattern} <- {self.text(relation)}}}"
+    return f"{{{x} | {pattern} <- {relations.pairs_of(self, relation)}}}"
 
 
 def _restricted(*, place: int, keep: bool) -> Callable[..., Written]:
@@ -512,9 +516,7 @@ def _restricted(*, place: int, keep: bool) -> Callable[..., Written]:
         test = f"{'' if keep else 'not '}member({v if place else k}, {self.text(chosen)})"
         if isinstance(whole.type, core.FunctionType):
             return f"mapFromList(<({k}, {v}) | ({k}, {v}) <- mapToList({self.text(whole)}), {test}>)", ATOM
-        if not isinstance(whole.type, core.SetType):
-            raise Untranslatable("restriction")
-        return f"{{({k}, {v}) | ({k}, {v}) <- {self.text(whole)}, {test}}}", ATOM
+        return f"{{({k}, {v}) | ({k}, {v}) <- {relations.pairs_of(self, whole)}, {test}}}", ATOM
 
     return rule
 
@@ -559,7 +561,6 @@ _RULES: Final[Mapping[str, Callable[..., Written]]] = {
     "disjoint": _disjoint,
     "length": lambda self, sequence: (f"#{self.text(sequence, ATOM)}", 75),
     "apply": _apply,
-    "override": _override,
     "function": _function,
     "dom": _domain,
     "ran": _range,

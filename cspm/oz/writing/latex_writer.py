@@ -40,6 +40,9 @@ PREAMBLE: Final = r"""\documentclass{article}
 \providecommand{\localchan}{\mathsf{local\_chan}~}
 \providecommand{\inherit}{\mathsf{inherit}~}
 \providecommand{\main}{\mathsf{main}}
+\newenvironment{ozlemma}[1]{\begin{schema}{\mathsf{lemma}~#1}}{\end{schema}}
+\providecommand{\using}{\mathsf{using}~}
+\providecommand{\induction}{\mathsf{by~induction~on}~}
 \providecommand{\initially}{\mathit{INIT}}
 \providecommand{\reading}{\mathsf{reading}~}
 \providecommand{\view}{\mathsf{view}~}
@@ -158,6 +161,8 @@ class Writer:
                 return self._schema(node)
             case z.Axiom():
                 return self._axiom(node)
+            case z.Lemma():
+                return self._lemma(node)
             case z.Retrieve():
                 head = f"\\begin{{retrieve}}{{{_name(node.name)}}}{{{_name(node.abstract.name)}}}"
                 head += f"{{{_name(node.concrete.name)}}}"
@@ -217,6 +222,15 @@ class Writer:
         declarations = self._lines(map(self._declare, node.declarations))
         return f"\\begin{{axdef}}\n{declarations}{self._where(node.predicates)}\\end{{axdef}}\n"
 
+    def _lemma(self, node: z.Lemma) -> str:
+        generics = f"[{_names(node.generics)}]" if node.generics else ""
+        lines = [self.term(node.predicate)]
+        if node.hints is not None and node.hints.using:
+            lines.append(f"\\using {_names(node.hints.using)}")
+        if node.hints is not None and node.hints.induction is not None:
+            lines.append(f"\\induction {_name(node.hints.induction.name)}")
+        return f"\\begin{{ozlemma}}{{{_name(node.name)}}}{generics}\n{self._lines(lines)}\\end{{ozlemma}}\n"
+
     # --- classes ---------------------------------------------------------------------------------------------
 
     def _class(self, node: z.Class) -> str:
@@ -247,6 +261,8 @@ class Writer:
                     yield self._schema(paragraph)
                 case z.Axiom():
                     yield self._axiom(paragraph)
+                case z.Lemma():
+                    yield self._lemma(paragraph)
                 case _:
                     yield self._line(paragraph)
         if node.state is not None:
@@ -265,10 +281,13 @@ class Writer:
     def _operation(self, node: z.OperationSchema | z.OperationDefinition) -> str:
         if isinstance(node, z.OperationDefinition):
             body = self._marked(self._printer.operations(node.body), operations=True)
-            return f"{_name(node.name)} \\sdef {body}"
+            return f"{_name(node.name)} \\sdef {body}" + (f" \\using {_names(node.using)}" if node.using else "")
         delta = [] if node.delta is None else [f"\\Delta ({_names(node.delta)})"]
         lines = self._lines([*delta, *map(self._declare, node.declarations)])
-        return f"\\begin{{op}}{{{_name(node.name)}}}\n{lines}{self._where(node.predicates)}\\end{{op}}\n"
+        predicates = [*map(self.term, node.predicates)]
+        using = [f"\\using {_names(node.using)}"] if node.using else []
+        where = f"\\where\n{self._lines([*predicates, *using])}" if predicates else self._lines(using)
+        return f"\\begin{{op}}{{{_name(node.name)}}}\n{lines}{where}\\end{{op}}\n"
 
     def _equation(self, node: s.Declaration) -> str:
         """A definition of CSPm, its signs and words marked up."""

@@ -54,13 +54,22 @@ def claim_text(node: s.Assertion) -> str:
     match node:
         case z.Obligations():
             operation = "" if node.operation is None else f": {node.operation.name}"
-            return f"{node.subject.name} :[{node.obligation or 'obligations'}]{operation}"
+            return f"{node.subject.name} :[{node.obligation or 'obligations'}]{operation}{_hints(node.hints)}"
         case z.DataRefinement():
             direction = " :[upward]" if node.upward else ""
-            return f"{node.abstract.name} [OZ= {node.concrete.name} via {node.retrieve.name}{direction}"
+            claim = f"{node.abstract.name} [OZ= {node.concrete.name} via {node.retrieve.name}{direction}"
+            return claim + _hints(node.hints)
         case z.Subtype():
-            return f"{node.parent.name} [OZ= {node.child.name}"
+            return f"{node.parent.name} [OZ= {node.child.name}{_hints(node.hints)}"
     raise AssertionError(node)
+
+
+def _hints(node: z.Hints | None) -> str:
+    """What helps a proof, with a blank before it; nothing where nothing does."""
+    if node is None:
+        return ""
+    using = f" using {names(node.using)}" if node.using else ""
+    return using + (f" by induction on {node.induction.name}" if node.induction is not None else "")
 
 
 class Paragraphs(Terms):
@@ -90,9 +99,21 @@ class Paragraphs(Terms):
             case z.Retrieve():
                 head = f"retrieve {node.name} between {node.abstract.name} and {node.concrete.name} where"
                 return cat(head, self._lines(map(self.term, node.predicates)), HARD, "end")
+            case z.Lemma():
+                return self._lemma(node)
             case z.Class():
                 return self._class(node, equations)
         raise AssertionError(node)
+
+    def _lemma(self, node: z.Lemma) -> Doc:
+        generics = f"[{names(node.generics)}]" if node.generics else ""
+        hints = _hints(node.hints)
+        head = cat(f"lemma {node.name}{generics} : ", nest(self.term(node.predicate)))
+        if not hints:
+            return head
+        assert node.hints is not None
+        separated = self.from_source and "\n" in _between(node.predicate, node.hints)
+        return cat(head, nest(cat(HARD, hints.lstrip()))) if separated else cat(head, hints)
 
     def _branch(self, node: z.Branch) -> Doc:
         if node.argument is None:
@@ -217,16 +238,20 @@ class Paragraphs(Terms):
 
     def _operation(self, node: z.OperationSchema | z.OperationDefinition) -> Doc:
         if isinstance(node, z.OperationDefinition):
-            return group(f"op {node.name} = ", nest(self.operations(node.body, 0)))
+            return cat(group(f"op {node.name} = ", nest(self.operations(node.body, 0))), self._using(node))
         if self._is_horizontal(node):
-            return group(f"op {node.name} = ", self._in_brackets(node))
+            return cat(group(f"op {node.name} = ", self._in_brackets(node)), self._using(node))
         delta = self._delta(node)
-        if not delta and not node.declarations and len(node.predicates) == 1 and not self._in_lines(node):
+        using = self._using(node)
+        if not (delta or node.declarations or using) and len(node.predicates) == 1 and not self._in_lines(node):
             line = cat(f"op {node.name} where ", self.term(node.predicates[0]))
             if width(line) <= WIDTH - 12:
                 return line
         lines = self._lines([*delta, *map(self.declare, node.declarations)])
-        return cat(f"op {node.name}", lines, self._where(node.predicates))
+        return cat(f"op {node.name}", lines, self._where(node.predicates), using)
+
+    def _using(self, node: z.OperationSchema | z.OperationDefinition) -> Doc:
+        return cat(HARD, f"using {names(node.using)}") if node.using else ""
 
     def _delta(self, node: z.OperationSchema | z.OperationText) -> list[Doc]:
         return [] if node.delta is None else [cat(self.sign("Delta", "Δ"), "(", names(node.delta), ")")]
@@ -237,7 +262,7 @@ class Paragraphs(Terms):
             case z.Axiom():
                 return bool(section.predicates)
             case z.OperationSchema():
-                return not self._is_horizontal(section)
+                return not self._is_horizontal(section) and not section.using
         return isinstance(section, z.State | z.Initial)
 
     def _is_horizontal(self, node: z.OperationSchema) -> bool:
@@ -266,7 +291,7 @@ class Paragraphs(Terms):
         """An expression over operations whose operators bind at least as tightly as *least*."""
         match node:
             case z.Grouped():
-                return bracketed(self.operations(node.inner, 0))
+                return self._in_round_brackets(node.inner, self.operations(node.inner, 0))
             case z.Operator(name=name, operands=(left, right)) if name in OPERATION_LEVELS:
                 level = OPERATION_LEVELS[name]
                 sign = self.sign(*_OPERATION_SIGNS[name])
@@ -288,8 +313,13 @@ class Paragraphs(Terms):
                 if node.condition is not None:
                     parts += [" | ", self.term(node.condition, TermPlace(follow="@"))]
                 parts += [" ", self.sign("@", "•"), LINE, self.operations(node.body, 0)]
-                return bracketed(cat(*parts)) if least else cat(*parts)
+                return self._in_round_brackets(node, cat(*parts)) if least else cat(*parts)
         return self.term(node)
+
+    def _in_round_brackets(self, node: z.Term, doc: Doc) -> Doc:
+        # `(|` opens something else.
+        begins = isinstance(node, z.Distributed) and node.kind == "parallel"
+        return bracketed(cat(" ", doc) if begins else doc)
 
     def _hidden(self, node: z.Term) -> Doc:
         items = node.items if isinstance(node, z.Display) else (node,)

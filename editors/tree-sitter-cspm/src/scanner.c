@@ -1,8 +1,8 @@
 // What the generated lexer cannot see: comments between {- and -}, which nest; the `>` that ends the innermost sequence;
-// and lines that begin with a bracket, which do not go on with the expression of the line before.
+// lines that begin with a bracket, which do not go on with the expression of the line before; and sets by predicates.
 #include "tree_sitter/parser.h"
 
-enum TokenType { BLOCK_COMMENT, SEQUENCE_END, LINE_START, MAP_BEGIN, RECOVERY };
+enum TokenType { BLOCK_COMMENT, SEQUENCE_END, LINE_START, MAP_BEGIN, Z_SET_BEGIN, RECOVERY };
 
 void *tree_sitter_cspm_external_scanner_create(void) { return NULL; }
 void tree_sitter_cspm_external_scanner_destroy(void *payload) { (void)payload; }
@@ -15,6 +15,21 @@ void tree_sitter_cspm_external_scanner_deserialize(void *payload, const char *bu
   (void)payload;
   (void)buffer;
   (void)length;
+}
+
+// Whether a declaration stands behind the bracket: `{x : T | x > 0}`, and not `{x | x <- S}`, `{0..2}` or `{M::x}`.
+static bool declares(TSLexer *lexer) {
+  lexer->mark_end(lexer);
+  lexer->result_symbol = Z_SET_BEGIN;
+  while (!lexer->eof(lexer)) {
+    int32_t now = lexer->lookahead;
+    if (now == '|' || now == '}' || now == '{' || now == '"') return false;
+    lexer->advance(lexer, false);
+    if (now != ':') continue;
+    if (lexer->lookahead != ':') return true;
+    lexer->advance(lexer, false);
+  }
+  return false;
 }
 
 bool tree_sitter_cspm_external_scanner_scan(void *payload, TSLexer *lexer, const bool *valid_symbols) {
@@ -48,9 +63,10 @@ bool tree_sitter_cspm_external_scanner_scan(void *payload, TSLexer *lexer, const
     lexer->result_symbol = MAP_BEGIN;
     return lexer->lookahead != '~' && lexer->lookahead != '|';  // `(|~| x : S @ P(x))` is a process in brackets
   }
-  if (first != '{' || !valid_symbols[BLOCK_COMMENT]) return false;
+  if (first != '{') return false;
   lexer->advance(lexer, false);
-  if (lexer->lookahead != '-') return false;
+  if (lexer->lookahead != '-') return valid_symbols[Z_SET_BEGIN] && !recovers && declares(lexer);
+  if (!valid_symbols[BLOCK_COMMENT]) return false;
   lexer->advance(lexer, false);
   unsigned depth = 1;
   int32_t before = 0;

@@ -22,7 +22,12 @@ async function start() {
     "cspcheck",
     { command: program, args: [...first, "lsp"] },
     {
-      documentSelector: [{ scheme: "file", language: "cspm" }, { scheme: "untitled", language: "cspm" }],
+      documentSelector: [
+        { scheme: "file", language: "cspm" },
+        { scheme: "untitled", language: "cspm" },
+        { scheme: "file", language: "latex" }, // documents with classes; the server has nothing to say of others
+        { scheme: "file", language: "tex" },
+      ],
       middleware: {
         // Probing is interactive: it happens in a terminal, everything else in the server.
         executeCommand: async (command, args, next) => {
@@ -52,7 +57,7 @@ async function activate(context) {
   context.subscriptions.push(
     vscode.commands.registerCommand("cspcheck.checkAll", async () => {
       const editor = vscode.window.activeTextEditor;
-      if (!editor || editor.document.languageId !== "cspm") return;
+      if (!editor || !["cspm", "latex", "tex"].includes(editor.document.languageId)) return;
       await editor.document.save();
       await vscode.commands.executeCommand("cspcheck.check", editor.document.uri.toString());
     }),

@@ -15,6 +15,7 @@ from cspcheck.cspm.process.terms import DIV, SKIP, STOP, Compressed, Process
 from tests.checker.explicit import A, B, Rows, closure, diverges, terminated
 from tests.checker.terms import compositions, processes, told
 from tests.checker.textbook import a, b, c, checker, choose, forever, interleave, perhaps, rows_of, then, timeout
+from tests.examples import examples
 
 Step = tuple[frozenset[int] | None, int]
 """What is refused first, None if nobody looks, and the event then performed."""
@@ -135,7 +136,7 @@ def visible_length(outcome: Outcome) -> int:
 
 
 @pytest.mark.parametrize("model", ["V", "VD", "R", "RD"])
-@settings(max_examples=120)
+@settings(max_examples=examples(120))
 @given(p=processes(events=2, size=6), q=processes(events=2, size=6))
 def test_the_verdict_is_what_the_observations_say(model: str, p: Process, q: Process) -> None:
     spec, impl = small_rows(p), small_rows(q)
@@ -147,7 +148,7 @@ def test_the_verdict_is_what_the_observations_say(model: str, p: Process, q: Pro
 
 
 @pytest.mark.parametrize("model", ["V", "VD", "R", "RD"])
-@settings(max_examples=60)
+@settings(max_examples=examples(60))
 @given(p=compositions(events=2, size=4, components=2, compressions=("diamond",)), q=processes(events=2, size=5))
 def test_each_process_refines_what_it_may_be_chosen_from(model: str, p: Process, q: Process) -> None:
     for process in (p, q):
@@ -155,7 +156,7 @@ def test_each_process_refines_what_it_may_be_chosen_from(model: str, p: Process,
         assert outcome.verdict is Verdict.PASS, told(p) + told(q)
 
 
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 @given(processes(size=6), processes(size=6))
 def test_richer_models_imply_poorer_ones(p: Process, q: Process) -> None:
     on = checker()

@@ -20,6 +20,7 @@ from cspcheck.checker.search import crew as parallel_search, levels as level_sea
 from cspcheck.checker.search.exploration import explore
 from cspcheck.checker.search.visited import Visited
 from tests.checker.vehicle import PROCESSES, cycle, synchronised
+from tests.examples import examples
 
 Row = tuple[int, ...]
 
@@ -74,7 +75,9 @@ def small_tables(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[int, int
     return set_bits
 
 
-checked = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+checked = settings(
+    max_examples=examples(100), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
 
 
 @pytest.mark.parametrize(

@@ -33,8 +33,9 @@ from tests.checker.exploring import interpreted
 from tests.checker.network.test_composition import assert_same_machine
 from tests.checker.terms import reference
 from tests.checker.textbook import a, b, c, choose, interleave, perhaps, share, then
+from tests.examples import examples
 
-MANY = settings(max_examples=80)
+MANY = settings(max_examples=examples(80))
 EVENTS = st.integers(2, 4)
 SETS = st.sets(EVENTS, min_size=1).map(EventSet.of)
 Draw = Callable[[st.SearchStrategy[Any]], Any]

@@ -32,6 +32,7 @@ from cspcheck.cspm.process.terms import (
 from tests.checker.exploring import interpreted, rows_of, strongly_bisimilar, transitions_in
 from tests.checker.philosophers import machine_of_philosophers, philosophers
 from tests.checker.terms import compositions, processes, reference, told
+from tests.examples import examples
 
 a, b, c, d = 2, 3, 4, 5
 MOST = 600
@@ -68,17 +69,17 @@ def loop(first: int, length: int = 3, name: str = "Loop") -> Process:
 
 
 class TestSameMachine:
-    @settings(max_examples=200, deadline=None)
+    @settings(max_examples=examples(200), deadline=None)
     @given(compositions(size=4, components=4))
     def test_of_parallel_hiding_and_renaming_over_anything(self, process: Process) -> None:
         assert_same_machine(process)
 
-    @settings(max_examples=200, deadline=None)
+    @settings(max_examples=examples(200), deadline=None)
     @given(processes(size=10))
     def test_of_any_process(self, process: Process) -> None:
         assert_same_machine(process)
 
-    @settings(max_examples=50, deadline=None)
+    @settings(max_examples=examples(50), deadline=None)
     @given(st.lists(compositions(size=3), min_size=2, max_size=3))
     def test_whatever_was_compiled_before(self, several: list[Process]) -> None:
         compiler = Compiler()

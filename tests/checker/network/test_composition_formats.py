@@ -33,6 +33,7 @@ from cspcheck.cspm.process.terms import (
 from tests.checker.exploring import interpreted, transitions_in
 from tests.checker.network.test_composition import assert_same_machine, loop
 from tests.checker.terms import BASIC, CHOICE, compositions, layered, processes, reference
+from tests.examples import examples
 
 a, b, c, d, e = 2, 3, 4, 5, 6
 NOTHING = EventSet()
@@ -66,7 +67,7 @@ ABOVE_COMPOSITIONS = [
 
 
 class TestSameMachine:
-    @settings(max_examples=200, deadline=None)
+    @settings(max_examples=examples(200), deadline=None)
     @given(
         st.one_of(CHANGING, CHANGING, processes(size=10), compositions(size=6)), st.sampled_from([0, 1, 2, 4, 8, 30])
     )
@@ -96,7 +97,7 @@ class TestSameMachine:
         ],
         ids=lambda operator: operator.__name__,
     )
-    @settings(max_examples=40, deadline=None)
+    @settings(max_examples=examples(40), deadline=None)
     @given(data=st.data())
     def test_of_each_operator_over_compositions(self, operator: type[Process], data: st.DataObject) -> None:
         layers = (BASIC | CHOICE, frozenset({Parallel}), frozenset({operator}))
@@ -110,7 +111,7 @@ class TestSameMachine:
             assume(False)
             raise
 
-    @settings(max_examples=100, deadline=None)
+    @settings(max_examples=examples(100), deadline=None)
     @given(CHANGING)
     def test_where_holes_of_different_formats_share_slots(self, process: Process) -> None:
         def compile_it(process: Process) -> Network:
@@ -125,7 +126,7 @@ class TestSameMachine:
 
         assert_same_machine(process, compile_it)
 
-    @settings(max_examples=100, deadline=None)
+    @settings(max_examples=examples(100), deadline=None)
     @given(CHANGING)
     def test_whatever_way_is_taken(self, process: Process) -> None:
         assert_same_machine(process, lambda p: compile_network(p, slot_states=2))

@@ -18,6 +18,7 @@ from cspcheck.cspm.process.terms import External, Hide, Parallel, Prioritised, P
 from tests.checker.exploring import rows_of, strongly_bisimilar
 from tests.checker.network.test_composition import assert_same_machine, loop
 from tests.checker.terms import compositions, event_sets, layered
+from tests.examples import examples
 
 a, b, c = FIRST_EVENT, FIRST_EVENT + 1, FIRST_EVENT + 2
 NOTHING = EventSet()
@@ -50,18 +51,18 @@ def prioritised(draw: st.DrawFn) -> Process:
 
 
 class TestSameMachine:
-    @settings(max_examples=150, deadline=None)
+    @settings(max_examples=examples(150), deadline=None)
     @given(prioritised())
     def test_of_any_composition(self, process: Process) -> None:
         assert_same_machine(process)
 
-    @settings(max_examples=100, deadline=None)
+    @settings(max_examples=examples(100), deadline=None)
     @given(prioritised())
     def test_of_small_components(self, process: Process) -> None:
         assert_same_machine(process, lambda term: Compiler(slot_states=3).network(term, Limits(states=5_000)))
 
     @pytest.mark.parametrize("products", [False, True])
-    @settings(max_examples=80, deadline=None)
+    @settings(max_examples=examples(80), deadline=None)
     @given(process=prioritised())
     def test_of_packed_states(self, process: Process, products: bool) -> None:
         """With rules as masks and as products of tables, one word a state and several."""

@@ -16,10 +16,11 @@ from cspcheck.checker.verdict import Limits
 from cspcheck.cspm.process.events import FIRST_EVENT, TAU, TICK
 from tests.checker.networks import Explorer, networks, slot, wide_slot
 from tests.checker.vehicle import cycle, synchronised, vehicle
+from tests.examples import examples
 
 A, B, C = FIRST_EVENT, FIRST_EVENT + 1, FIRST_EVENT + 2
 
-checked = settings(max_examples=100, deadline=None)
+checked = settings(max_examples=examples(100), deadline=None)
 
 
 def with_states(*sizes: int, formats: int = 1) -> Network:

@@ -13,6 +13,7 @@ from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import BOOL, INT, Apply, Constant, Term, Variable
 from cspcheck.cspm.oz.values.values import Graph
 from tests.cspm.oz.naive import NAMES, PAIR, environments, interpret, terms
+from tests.examples import examples
 
 SPECIFICATION = core.Specification()
 WIDE = frozenset(["Int", "Nat", "Nat1"])
@@ -54,7 +55,7 @@ def variables() -> list[Variable]:
     return [Variable(type=type_, name=name, role="before") for name, type_ in NAMES.items()]
 
 
-@settings(max_examples=25)
+@settings(max_examples=examples(25))
 @given(st.data(), environments, st.sampled_from([None, 3]))
 def test_a_predicate_is_impossible_exactly_where_it_is_false_or_undefined(
     data: st.DataObject, env: dict[str, Any], scope: int | None
@@ -72,7 +73,7 @@ def test_a_predicate_is_impossible_exactly_where_it_is_false_or_undefined(
         assert holds
 
 
-@settings(max_examples=25)
+@settings(max_examples=examples(25))
 @given(st.data(), environments)
 def test_what_is_impossible_is_false_whatever_the_values(data: st.DataObject, env: dict[str, Any]) -> None:
     """Nothing but the predicate: a proof must hold for the values that Hypothesis draws."""

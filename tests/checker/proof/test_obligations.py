@@ -19,6 +19,11 @@ CASES: dict[str, tuple[str, str, list[str]]] = {
         cell(inside="const max : nat where max < 3 and max > 5", effect="n' = n + 1"),
         ["axioms consistent"],
     ),
+    "lemma": (
+        cell(inside="lemma odd : forall i : nat @ (2 * i + 1) mod 2 = 1", effect="n' = n + 1"),
+        cell(inside="lemma odd : forall i : nat @ 3 * i mod 2 = 1", effect="n' = n + 1"),
+        ["lemma `odd`"],
+    ),
     "state inhabited": (
         GOOD,
         cell(invariant="n > 3; n < 2", init="n > 3; n < 2", effect="n' = n"),

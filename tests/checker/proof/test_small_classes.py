@@ -16,6 +16,7 @@ from cspcheck.cspm.script import load
 from cspcheck.cspm.source import Source
 from tests.checker.proof.classes import specification
 from tests.checker.proof.small_classes import WIDE, Enumerated, Small, predicates, small_classes, variants
+from tests.examples import examples
 
 
 def expected(small: Enumerated) -> dict[tuple[str, str], bool]:
@@ -79,7 +80,7 @@ def _spoken(small: Enumerated, name: str) -> bool:
     )
 
 
-@settings(max_examples=20)
+@settings(max_examples=examples(20))
 @given(small_classes())
 def test_obligations_are_what_going_through_all_values_says(drawn: Small) -> None:
     spec = specification(drawn.text())
@@ -99,7 +100,7 @@ def test_obligations_are_what_going_through_all_values_says(drawn: Small) -> Non
 RELATIONS = ("A.n = C.n\n  A.b = C.b", "A.n = C.n", "A.b = C.b", "A.n <= C.n")
 
 
-@settings(max_examples=20)
+@settings(max_examples=examples(20))
 @given(st.data(), small_classes(), st.booleans())
 def test_a_proved_simulation_is_a_refinement(data: st.DataObject, abstract: Small, upward: bool) -> None:
     """What the rules prove is never contradicted by the search for failures and divergences."""

@@ -13,6 +13,7 @@ from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.script import load
 from cspcheck.cspm.source import Source
 from tests.checker.proof.small_classes import Small, small_classes, variants
+from tests.examples import examples
 
 MAINS = (
     "take -> main [] give -> main",
@@ -59,7 +60,7 @@ def _with_main(draw: st.DrawFn, small: Small) -> str:
     return text.replace("chan give", f"{kind} give")
 
 
-@settings(max_examples=3, deadline=None)
+@settings(max_examples=examples(3), deadline=None)
 @given(scripts(), st.lists(st.sampled_from(ASSERTIONS), min_size=2, max_size=2, unique=True))
 def test_what_is_decided_for_all_values_is_what_the_search_finds(text: str, assertions: list[str]) -> None:
     compare(text, assertions)

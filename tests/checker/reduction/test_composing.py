@@ -22,6 +22,7 @@ from tests.checker.philosophers import philosophers
 from tests.checker.terms import ALL, compositions, processes, told
 from tests.checker.test_check import questions
 from tests.checker.textbook import a, b, c, checker, events, rows_of
+from tests.examples import examples
 
 
 @pytest.fixture
@@ -34,7 +35,7 @@ def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("at_once")
 class TestNothingIsLost:
-    @settings(max_examples=25)
+    @settings(max_examples=examples(25))
     @given(compositions(size=4, components=4), st.one_of(compositions(size=4), processes(size=5)))
     def test_verdicts_are_those_of_the_full_search(self, p: Process, q: Process) -> None:
         full, reducing = checker(full=True), checker()
@@ -44,7 +45,7 @@ class TestNothingIsLost:
             if expected.counterexample is not None:
                 assert found.counterexample is not None
 
-    @settings(max_examples=20)
+    @settings(max_examples=examples(20))
     @given(compositions(size=4, components=4), st.one_of(compositions(size=4), processes(size=5)))
     def test_what_is_told_of_a_failure_does_not_depend_on_it(self, p: Process, q: Process) -> None:
         plain, reducing = checker(as_written=True), checker()
@@ -52,7 +53,7 @@ class TestNothingIsLost:
             expected, found = question(plain).counterexample, question(reducing).counterexample
             assert found == expected, told(p) + "\n" + told(q)
 
-    @settings(max_examples=25)
+    @settings(max_examples=examples(25))
     @given(compositions(size=4, components=4), st.one_of(compositions(size=4), processes(size=5)))
     def test_what_is_unfolded_is_a_run_of_the_whole(self, p: Process, q: Process) -> None:
         """Replaying it says so, with nothing else at hand to explain a failure by but the search of the whole."""
@@ -78,7 +79,7 @@ class TestNothingIsLost:
                     assert visible == [event for event in expected.counterexample.trace if event != "tau"]
         event(f"unfolded: {told_by_runs > 0}")
 
-    @settings(max_examples=40)
+    @settings(max_examples=examples(40))
     @given(compositions(size=4, components=4), st.booleans())
     def test_what_is_left_has_the_failures_and_divergences_of_the_whole(self, process: Process, ties: bool) -> None:
         original = rows_of(process)
@@ -93,7 +94,7 @@ class TestNothingIsLost:
                 assert refinement_violation(original, small, kept) is None, told(process)
                 assert refinement_violation(small, original, kept) is None, told(process)
 
-    @settings(max_examples=15)
+    @settings(max_examples=examples(15))
     @given(compositions(size=4, components=3), processes(size=5), st.permutations([a, b, c]))
     def test_a_priority_over_a_composition_is_kept(self, p: Process, q: Process, order: list[int]) -> None:
         first, second, third = map(events, order)
@@ -119,7 +120,7 @@ assert fin -> U [F= """
 
 
 class TestMachinesInsideTerms:
-    @settings(max_examples=25)
+    @settings(max_examples=examples(25))
     @given(processes(operators=ALL, size=8), processes(operators=ALL, size=5))
     def test_verdicts_are_those_without_machines(self, p: Process, q: Process) -> None:
         full, as_written = checker(full=True), checker(as_written=True)

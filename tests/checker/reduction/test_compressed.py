@@ -32,6 +32,7 @@ from tests.checker.textbook import (
     then,
     timeout,
 )
+from tests.examples import examples
 
 NAMES = sorted(COMPRESSIONS)
 compressed = compositions(size=5, components=3, compressions=NAMES)
@@ -43,14 +44,14 @@ def comparable(outcome: Outcome) -> Outcome:
 
 
 class TestNothingIsLost:
-    @settings(max_examples=60)
+    @settings(max_examples=examples(60))
     @given(compressed, st.one_of(compressed, processes(size=6)))
     def test_verdicts_and_counterexamples_are_those_of_the_full_search(self, p: Process, q: Process) -> None:
         full, reducing = checker(full=True), checker()
         for question in questions(p, q):
             assert comparable(question(reducing)) == comparable(question(full)), told(p) + told(q)
 
-    @settings(max_examples=60)
+    @settings(max_examples=examples(60))
     @given(compressed, processes(size=6))
     def test_verdicts_stay_right_where_the_components_that_the_script_has_are_not_looked_at(
         self, p: Process, q: Process
@@ -66,7 +67,7 @@ class TestNothingIsLost:
                     assert visible(found) == visible(expected)
 
     @pytest.mark.parametrize("name", NAMES)
-    @settings(max_examples=25)
+    @settings(max_examples=examples(25))
     @given(p=compositions(size=5, components=2), q=processes(size=5), around=st.integers(0, 3))
     def test_a_compressed_component_has_the_failures_and_divergences_of_its_operand(
         self, name: str, p: Process, q: Process, around: int

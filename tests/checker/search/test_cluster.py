@@ -38,11 +38,14 @@ from tests.checker.search.test_search_pairs import MODELS, implementations, spec
 from tests.checker.search.test_spill import SCRIPT, paths, told
 from tests.checker.search.threads import with_ranks
 from tests.checker.vehicle import cycle, synchronised
+from tests.examples import examples
 
 ANY = st.one_of(networks(), networks(most_formats=3), networks(padding=4, most_slots=2), networks(taus=False))
 
 checked = settings(
-    max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
+    max_examples=examples(25),
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 
 

@@ -13,10 +13,13 @@ from hypothesis import HealthCheck, given, settings, strategies as st
 from cspcheck.checker.kernels import jit
 from cspcheck.checker.search import runs
 from cspcheck.checker.search.runs import Run, RunSet, RunWriter, Sieve, blocks_of, ordered, united
+from tests.examples import examples
 
 Row = tuple[int, ...]
 
-checked = settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+checked = settings(
+    max_examples=examples(40), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
 some = st.integers(1, 3).flatmap(
     lambda stride: st.tuples(
         st.just(stride),

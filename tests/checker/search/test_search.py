@@ -15,6 +15,7 @@ from cspcheck.checker.search.exploration import Exploration, enabled, explore, s
 from cspcheck.checker.verdict import Limits
 from cspcheck.cspm.process.events import TAU
 from tests.checker.networks import Explorer, State, networks, small_buffers
+from tests.examples import examples
 
 ANY = st.one_of(networks(), networks(most_formats=3), networks(padding=4, most_slots=2), networks(taus=False))
 
@@ -65,7 +66,9 @@ def by_level(exploration: Exploration) -> list[list[State]]:
 way = pytest.mark.parametrize("way", WAYS, ids=str)
 some_ways = pytest.mark.parametrize("way", [WAYS[1], WAYS[6]], ids=str)
 checked = settings(
-    max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
+    max_examples=examples(30),
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 
 

@@ -18,6 +18,7 @@ from cspcheck.checker.specification.normalisation import Normaliser, normalise
 from cspcheck.cspm.process.events import TAU, TICK
 from tests.checker import explicit
 from tests.checker.networks import Explorer, State, networks, small_buffers
+from tests.examples import examples
 
 Pair = tuple[int, State]
 Found = tuple[Pair, str, int]
@@ -92,7 +93,9 @@ def everything_small(monkeypatch: pytest.MonkeyPatch) -> None:
 
 ways = pytest.mark.parametrize(("workers", "compiled"), [(1, False), (2, False), (1, True), (3, True)])
 checked = settings(
-    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
+    max_examples=examples(40),
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 implementations = st.one_of(
     networks(most_slots=3, most_states=3), networks(most_slots=3, most_formats=2), networks(padding=4, most_slots=2)

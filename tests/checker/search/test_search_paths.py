@@ -16,6 +16,7 @@ from cspcheck.checker.search.paths import PathStep, shortest_path, tau_loop
 from cspcheck.cspm.process.events import TAU
 from tests.checker.networks import Explorer, State, networks, small_buffers
 from tests.checker.vehicle import cycle, synchronised
+from tests.examples import examples
 
 Key = tuple[int, int, tuple[int, ...], int]
 """What steps are compared by: event, cause, packed state afterwards, rule."""
@@ -113,7 +114,9 @@ def everything_small(monkeypatch: pytest.MonkeyPatch) -> None:
 
 ways = pytest.mark.parametrize(("workers", "compiled"), [(1, False), (2, False), (3, True)])
 checked = settings(
-    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
+    max_examples=examples(60),
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 some_networks = st.one_of(
     networks(most_slots=3, most_states=4),

@@ -36,6 +36,7 @@ from cspcheck.cspm.process.terms import (
 from tests.checker.exploring import rows_of, strongly_bisimilar
 from tests.checker.network.test_composition import assert_same_machine
 from tests.checker.terms import compositions, layered, processes, timed_skip
+from tests.examples import examples
 
 tock, a, b = FIRST_EVENT, FIRST_EVENT + 1, FIRST_EVENT + 2
 CLOCK = EventSet.of([tock])
@@ -101,18 +102,18 @@ class TestRule:
 
 
 class TestSameMachine:
-    @settings(max_examples=150, deadline=None)
+    @settings(max_examples=examples(150), deadline=None)
     @given(compositions(size=5, components=4, clocks=CLOCK))
     def test_of_one_format(self, process: Process) -> None:
         assert_same_machine(process)
 
-    @settings(max_examples=100, deadline=None)
+    @settings(max_examples=examples(100), deadline=None)
     @given(st.one_of(compositions(size=5, components=4, clocks=CLOCK), layered(size=5, clocks=CLOCK)))
     def test_of_small_components(self, process: Process) -> None:
         """Components of more than a few states are taken apart if they can be."""
         assert_same_machine(process, lambda term: Compiler(slot_states=3).network(term, Limits(states=5_000)))
 
-    @settings(max_examples=150, deadline=None)
+    @settings(max_examples=examples(150), deadline=None)
     @given(st.one_of(layered(size=6, clocks=CLOCK), processes(size=10, clocks=CLOCK)), st.sampled_from([0, 0, 2, 8]))
     def test_of_formats(self, process: Process, small: int) -> None:
         def compile_it(term: Process) -> Network:
@@ -126,7 +127,7 @@ class TestSameMachine:
 
         assert_same_machine(process, compile_it)
 
-    @settings(max_examples=100, deadline=None)
+    @settings(max_examples=examples(100), deadline=None)
     @given(processes(size=8, clocks=CLOCK))
     def test_of_a_machine_under_a_parallel_operator(self, process: Process) -> None:
         try:

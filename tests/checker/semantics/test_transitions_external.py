@@ -26,8 +26,9 @@ from cspcheck.cspm.process.terms import (
 from tests.checker.explicit import Rows, closure, diverges, first_nondeterminism, refinement_violation
 from tests.checker.terms import BASIC, CHOICE, PARALLEL, event_sets, processes, reference, told
 from tests.checker.textbook import a, b, c, checker, d, e, events, forever, hidden, interleave, perhaps, then
+from tests.examples import examples
 
-MANY = settings(max_examples=150)
+MANY = settings(max_examples=examples(150))
 small = processes(size=6)
 endless = processes(operators=BASIC - {type(SKIP)} | CHOICE | PARALLEL, size=5)
 """Processes that seldom terminate."""
@@ -194,7 +195,7 @@ def terminates(rows: Rows) -> bool:
 
 
 class TestWatchdogs:
-    @settings(max_examples=250)
+    @settings(max_examples=examples(250))
     @given(endless, endless)
     def test_the_watchdog_for_traces_barks_at_what_the_specification_cannot_do(
         self, specification: Process, implementation: Process
@@ -204,7 +205,7 @@ class TestWatchdogs:
         watching = rows_of(watched(specification, implementation, "trace_watchdog"), 5_000)
         assert barks(watching) == (refinement_violation(spec, impl, "T") is not None)
 
-    @settings(max_examples=250)
+    @settings(max_examples=examples(250))
     @given(endless, endless)
     def test_the_watchdog_for_failures_barks_or_is_stuck_with_what_the_specification_cannot_refuse(
         self, specification: Process, implementation: Process
@@ -241,7 +242,7 @@ class TestWatchdogs:
 class TestRunning:
     """The functions within compositions and around them."""
 
-    @settings(max_examples=60)
+    @settings(max_examples=examples(60))
     @given(processes(size=5), processes(size=5), st.sampled_from(("chase", "deter", "prioritisepo", "trace_watchdog")))
     def test_a_composition_with_a_function_has_the_machine_of_the_terms(
         self, p: Process, q: Process, name: str

@@ -221,7 +221,10 @@ class TestPlain:
 
 
 class TestOptions:
-    @pytest.mark.parametrize("option", ["--archive=x.arch", "--remote=host", "--divide"])
+    def test_components_are_always_told(self, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+        assert said(capsys, "-q", "--divide", "r.csp") == said(capsys, "-q", "r.csp")
+
+    @pytest.mark.parametrize("option", ["--archive=x.arch", "--remote=host"])
     def test_refused_in_words(self, option: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
         code, out, err = said(capsys, option, "r.csp")
 

@@ -2,6 +2,8 @@
 
 import json
 import runpy
+import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -43,7 +45,8 @@ def test_kinds() -> None:
         ("Keyword.Pseudo", "deadlock free [FD]"),
         ("Operator", "]"),
     ]
-    assert kinds("{- a {- b -} c -} {-1, 0}")[-5:] == [
+    assert kinds("{-1, 0 -} { -1, 0}")[0] == ("Comment.Multiline", "{-")  # as the language reads it
+    assert kinds("{- a {- b -} c -} { -1, 0}")[-5:] == [
         ("Operator", "-"),
         ("Literal.Number.Integer", "1"),
         ("Punctuation", ","),
@@ -74,3 +77,21 @@ def test_the_extension_is_whole() -> None:
     source = (folder / package["main"]).read_text()
     for command in contributes["commands"]:
         assert f'"{command["command"]}"' in source
+
+
+@pytest.mark.skipif(shutil.which("vim") is None, reason="there is no vim")
+def test_vim_takes_scripts_for_cspm(tmp_path: Path) -> None:
+    (tmp_path / "x.csp").write_text("-- a\nP = STOP\n")
+    asked = "[&filetype, &makeprg, synIDattr(synID(1, 1, 1), 'name'), synIDattr(synID(2, 1, 1), 'name')]"
+    commands = [
+        f"set runtimepath^={ROOT / 'editors' / 'vim'}",
+        "filetype plugin on",
+        "syntax on",
+        f"edit {tmp_path / 'x.csp'}",
+        f"call writefile({asked}, '{tmp_path / 'said'}')",
+        "quitall!",
+    ]
+    arguments = [word for command in commands for word in ("-c", command)]
+    subprocess.run(["vim", "-u", "NONE", "-N", "-e", "-s", *arguments], check=False, timeout=60)
+    said = (tmp_path / "said").read_text().splitlines()
+    assert said == ["cspm", "cspcheck --format concise %:S", "cspmComment", "cspmDefinition"]

@@ -123,3 +123,16 @@ def test_a_picture_in_a_browser_is_fitted(tmp_path: Path) -> None:
     page = dumped(out.as_uri(), tmp_path / "profile")
     scale = float(page.split("scale(")[1].split(")")[0])
     assert scale < 0.5
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium: the report is not tried in a browser")
+def test_a_report_in_a_browser(server: Server, tmp_path: Path) -> None:
+    from cspcheck.cli import run
+
+    (tmp_path / "table.csp").write_text(SCRIPT)
+    out = tmp_path / "report.html"
+    assert run(["check", str(tmp_path / "table.csp"), "--format", "html", "-o", str(out)]) == 1
+    page = dumped(out.as_uri(), tmp_path / "profile")
+    assert "deadlocks after 2 events" in page
+    assert "<figcaption>the run, component by component" in page
+    assert page.count("<svg") == 2  # the chart, and the machine

@@ -28,6 +28,7 @@ from cspcheck.report.style import Style, harmless, unobeyed
 from cspcheck.report.sweep import table
 from cspcheck.result import Result, Summary
 from cspcheck.sweeping import Swept
+from tests.examples import examples
 
 HOSTILE = st.lists(
     st.one_of(
@@ -96,7 +97,7 @@ def check_lines(out: str, *, commands: bool = False) -> None:
             assert not stripped.startswith(("::", "##[")), line
 
 
-@settings(max_examples=15)
+@settings(max_examples=examples(15))
 @given(
     HOSTILE,
     st.sampled_from(list(Verdict)),
@@ -125,7 +126,7 @@ def test_in_every_format(text: str, verdict: Verdict, kind: str, severity: Sever
                 assert all(re.match(r".*:3: \w+: ", line) for line in out.split("\n")[:-1] if "CSP999" not in line)
 
 
-@settings(max_examples=15)
+@settings(max_examples=examples(15))
 @given(HOSTILE)
 def test_in_what_is_not_a_report(text: str) -> None:
     result = hostile_result(text, Verdict.FAIL, "trace")

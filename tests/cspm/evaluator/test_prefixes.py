@@ -10,6 +10,7 @@ from hypothesis import given, settings, strategies as st
 from cspcheck.cspm.process.terms import Prefix, Stop
 from cspcheck.cspm.script import load
 from cspcheck.cspm.source import Source
+from tests.examples import examples
 
 DECLARED = "datatype T = A | B.{0..1} | C.{0..1}.Bool\n"
 Field = tuple[str, ...]
@@ -86,7 +87,7 @@ def inputs(draw: st.DrawFn) -> Input:
     return Input(channel, written, tuple(part for group in groups for part in group), takes_rest)
 
 
-@settings(max_examples=60)
+@settings(max_examples=examples(60))
 @given(inputs())
 def test_an_input_offers_the_events_that_fit_its_pattern(found: Input) -> None:
     text = f"{DECLARED}channel c : {'.'.join(found.channel)}\nP = c{found.written} -> STOP\n"

@@ -203,6 +203,7 @@ def paragraphs(terms, *, local: bool = False):
             declarations=some(node(z.Declare, names=st.just(()), carrier=inclusions), 1, 2),
         ),
         node(z.Abbreviation, name=names, body=node(z.SchemaText, declarations=schema_lines, predicates=some(terms))),
+        node(z.Lemma, name=names, predicate=terms, generics=some(declared_names, 0, 2), hints=hints),
     ]
     if local:
         return st.one_of(*types)
@@ -214,6 +215,13 @@ def paragraphs(terms, *, local: bool = False):
         classes(terms),
         classes(terms),
     )
+
+
+hints = st.one_of(
+    st.none(),
+    node(z.Hints, using=some(declared_names, 1, 2), induction=st.one_of(st.none(), declared_names)),
+    node(z.Hints, induction=declared_names),
+)
 
 
 def classes(terms):
@@ -256,11 +264,13 @@ def classes(terms):
                     delta=delta,
                     declarations=declares(terms, 0),
                     predicates=lines(terms),
+                    using=some(declared_names, 0, 2),
                 ),
                 node(
                     z.OperationDefinition,
                     name=names,
                     body=operation_terms(2).filter(lambda body: not isinstance(body, z.OperationText)),
+                    using=some(declared_names, 0, 2),
                 ),
             )
         ),

@@ -15,6 +15,7 @@ from cspcheck.cspm.source import Source
 from cspcheck.cspm.syntax import tree as s
 from tests.cspm.oz.strategies_oz import make
 from tests.cspm.syntax.strategies_syntax import expressions
+from tests.examples import examples
 
 
 def class_with(expression):
@@ -29,7 +30,7 @@ def class_with(expression):
     return make(z.Class, name="C", equations=equations)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(expressions(3).map(class_with))
 def test_they_come_back_from_text(node):
     text = print_paragraph(node)
@@ -37,7 +38,7 @@ def test_they_come_back_from_text(node):
     assert parse(Source("x.csp", format_source(Source("x.csp", text)))).declarations == (node,)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(expressions(3).map(class_with))
 def test_they_come_back_from_latex(node):
     script = parse(Source("x.tex", Writer().paragraph(node)))

@@ -16,6 +16,7 @@ from cspcheck.cspm.printing.printer import print_script
 from cspcheck.cspm.recursion import deep_recursion
 from cspcheck.cspm.source import Source
 from tests.cspm.oz.strategies_oz import make, paragraphs, plain, terms
+from tests.examples import examples
 
 
 def read(text):
@@ -25,7 +26,7 @@ def read(text):
     return script.declarations
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(terms(3))
 def test_terms_come_back(term):
     box = make(z.Schema, name="S", declarations=(), predicates=(term,))
@@ -47,7 +48,7 @@ def with_records(paragraph):
     return replace(paragraph, paragraphs=tuple(kept))
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(paragraphs(terms(1)).map(with_records))
 def test_paragraphs_come_back(paragraph):
     text = Writer().paragraph(paragraph)
@@ -303,7 +304,7 @@ PIECES = [
 ]
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(st.lists(st.sampled_from(PIECES), max_size=25))
 def test_any_document_gives_declarations_or_diagnostics(pieces):
     text = " ".join(pieces)

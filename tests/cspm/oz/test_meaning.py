@@ -21,6 +21,7 @@ from cspcheck.cspm.process.terms import Definition, Process, Reference
 from cspcheck.cspm.script import Script
 from tests.cspm.oz.asking import outcome, script
 from tests.cspm.oz.naive import interpret
+from tests.examples import examples
 
 
 def states(loaded: Script, text: str) -> int:
@@ -151,7 +152,7 @@ def _range(carrier: core.Term) -> range:
     return range(low, high + 1)
 
 
-@settings(max_examples=4)
+@settings(max_examples=examples(4))
 @given(classes(), st.booleans())
 def test_the_process_of_a_class_is_that_of_its_definition(text: str, angelic: bool) -> None:
     loaded = script(text, outputs="angelic" if angelic else "demonic")

@@ -17,6 +17,7 @@ from cspcheck.cspm.parsing.reading import parse
 from cspcheck.cspm.source import Source
 from tests.cspm.oz.naive import interpret
 from tests.cspm.oz.test_meaning import outcome
+from tests.examples import examples
 
 VALUES = range(3)
 STATE = ("x", "y")
@@ -192,7 +193,7 @@ def operation(body: str) -> tuple[core.ClassModel, core.Operation]:
     return model, model.operations["op"]
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(expressions())
 def test_an_expression_allows_what_its_relation_allows(found: tuple[str, Relation]) -> None:
     text, relation = found

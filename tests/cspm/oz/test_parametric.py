@@ -14,6 +14,7 @@ from cspcheck.cspm.script import Script, load
 from cspcheck.cspm.source import Source
 from cspcheck.exporting import plain_text
 from tests.cspm.oz.test_meaning import classes
+from tests.examples import examples
 
 Machine = list[set[tuple[str, int]]]
 
@@ -57,7 +58,7 @@ def same(text: str, **semantics: str) -> str:
     return result
 
 
-@settings(max_examples=5)
+@settings(max_examples=examples(5))
 @given(classes(), st.sampled_from(["angelic", "demonic"]))
 def test_random_classes_keep_their_behaviour(text: str, outputs: str) -> None:
     try:
@@ -141,12 +142,52 @@ def test_records_tuples_and_free_types_are_written() -> None:
     assert "C_data(p, q, l, users) =" in result
 
 
+PAIRS = [
+    "r' = r comp r and b' = b and n' = n",
+    "r' = r~ and b' = b and n' = n",
+    "r' = r^+ and b' = b and n' = n",
+    "r' = r^* and b' = b and n' = n",
+    "r' = id (0..1) and b' = b and n' = n",
+    "n' in r(|{n}|) and r' = r and b' = b",
+    "r' = r (+) {(n, 1)} and b' = b and n' = n",
+    "r' = {n} <| r and b' = b and n' = n",
+    "r' subset r and b' = b and n' = n",
+    "n' in dom r and n' in ran r and r' = r and b' = b",
+    "r' = r and b' = b and n' = n and (n, 1) in r and #r = 1",
+    "r' = r and b' = [[n]] and n' = 1 - n",
+    "r' = r and n inbag b and b' = [[n, n]] and n' = n",
+    "r' = r and b' = b and n' = count(b, n) and n' <= 1",
+    "r' = r and b' = items(<n, 1>) and n' = n",
+    "r' = r and b' = [[0]] bag_union [[n]] and n' = n",
+    "r' = r and dom b = {n} and b' = b and n' = 1 - n",
+    "<n> suffix <0, 1> and n' = 0 and r' = r and b' = b",
+    "<n, 0> infix <0, 1, 0> and n' = 0 and r' = r and b' = b",
+    "<0> = {n} extract <0, 1> and n' = 0 and r' = r and b' = b",
+    "<n> = squash (lambda k : 2..2 @ 1) and n' = 0 and r' = r and b' = b",
+]
+
+
+@pytest.mark.parametrize("predicate", PAIRS)
+def test_relations_and_bags_are_written_as_pairs_and_maps(predicate: str) -> None:
+    text = f"""class C
+  chan op1, grow, fill
+  state r : (0..1) <-> (0..1); b : bag (0..1); n : 0..1
+  where forall i : 0..1 @ count(b, i) <= 2
+  init r = {{(0, 1)}} and b = [[]] and n = 0
+  op op1 Delta(r, b, n) where {predicate}
+  op grow Delta(r) where r' = r union {{(1, n)}}
+  op fill Delta(b) where b' = [[1]]
+end
+"""
+    assert "C_data(r, b, n) =" in same(text)
+
+
 def test_what_has_no_form_becomes_a_process_a_state() -> None:
     text = """class C
   chan step
-  state r : power ((0..1) cross (0..1))
-  init r = {(0, 1)}
-  op step Delta(r) where r' = r comp r
+  state x : real
+  init x = 0.5
+  op step Delta(x) where x < 2.0 and x' = x * 2.0
 end
 """
     result = same(text)

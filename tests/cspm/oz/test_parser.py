@@ -15,6 +15,7 @@ from cspcheck.cspm.printing.formatter import format_source
 from cspcheck.cspm.script import load
 from cspcheck.cspm.source import Source
 from cspcheck.cspm.syntax import tree as s
+from tests.examples import examples
 
 NOWHERE = Source("nowhere", "").span(0, 0)
 
@@ -476,7 +477,7 @@ PIECES = st.sampled_from(
 )
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(st.lists(PIECES, max_size=40))
 def test_any_text_gives_a_tree_or_diagnostics(pieces):
     text = " ".join(pieces)

@@ -11,11 +11,12 @@ from cspcheck.cspm.printing.formatter import format_source
 from cspcheck.cspm.source import Source
 from tests.cspm.oz.strategies_oz import paragraphs, plain, terms
 from tests.cspm.oz.test_parser import EXPRESSIONS, declaration, expression
+from tests.examples import examples
 
 widths = st.sampled_from([10, 30, 100])
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 @given(terms(3), st.booleans(), widths)
 def test_terms_come_back(term, symbols, width):
     text = print_term(term, symbols=symbols, width=width)
@@ -26,7 +27,7 @@ def test_terms_come_back(term, symbols, width):
     assert declaration(f"class C\n  init\n    {print_term(found[0], symbols=symbols)}\nend").initial.predicates == found
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(paragraphs(terms(1)), st.booleans(), widths)
 def test_paragraphs_come_back(paragraph, symbols, width):
     text = print_paragraph(paragraph, symbols=symbols, width=width)
@@ -60,7 +61,7 @@ def commented(text, places):
     return "\n".join(lines) + "\n"
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(
     paragraphs(terms(2)),
     widths,

@@ -7,6 +7,7 @@ from hypothesis import event, given, settings, strategies as st
 from cspcheck.checker.check import Checker
 from cspcheck.cspm.script import load
 from cspcheck.cspm.source import Source
+from tests.examples import examples
 
 CONJUNCTS = [
     "n' = n + 1",
@@ -64,7 +65,7 @@ CLAIMS = [
 ]
 
 
-@settings(max_examples=15)
+@settings(max_examples=examples(15))
 @given(bodies(), bodies())
 def test_a_verdict_under_a_reading_is_that_without_it(first: str, second: str) -> None:
     classes = "".join(

@@ -18,6 +18,7 @@ from cspcheck.cspm.parsing.reading import parse
 from cspcheck.cspm.source import Source
 from tests.cspm.oz import naive
 from tests.cspm.oz.test_meaning import outcome
+from tests.examples import examples
 
 WINDOW = range(-1, 4)
 """Integers beyond those that the schemas tell apart, one on either side."""
@@ -152,7 +153,7 @@ def specification(text: str) -> core.Specification:
     return elaborate(parse(Source("schemas.csp", text))).specification
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(expressions())
 def test_an_expression_has_the_bindings_of_its_definition(found: tuple[str, Bindings]) -> None:
     text, bindings = found

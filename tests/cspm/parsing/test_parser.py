@@ -14,6 +14,7 @@ from cspcheck.cspm.printing.printer import print_script
 from cspcheck.cspm.source import Source, Span
 from cspcheck.cspm.syntax import tree as s
 from tests.cspm.syntax.strategies_syntax import NOWHERE, scripts
+from tests.examples import examples
 
 CORPUS = sorted((Path(__file__).parents[2] / "corpus" / "parse" / "pass").glob("*.csp"))
 
@@ -350,7 +351,7 @@ def test_the_span_of_a_node_is_its_text(path: Path) -> None:
         check_spans(make(s.Script, (declaration,)))
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(scripts(1))
 def test_the_span_of_a_node_is_its_text_in_random_scripts(script: s.Script) -> None:
     for declaration in parse(Source("", print_script(script))).declarations:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
-from cspcheck.cspm.parsing.reading import DEEPEST_INCLUDE, MOST_BYTES, parse, read_source
+from cspcheck.cspm.parsing.reading import DEEPEST_INCLUDE, MOST_BYTES, parse, parse_expression, read_source
 from cspcheck.cspm.source import Source
 from cspcheck.cspm.syntax import tree as s
 
@@ -207,3 +207,9 @@ class TestWhereIncludesLie:
         assert parse(read_source("root.csp"), include_roots=[".."]).declarations
         with pytest.raises(ScriptError):
             parse(read_source("root.csp"), include_roots=["parts"])
+
+
+def test_an_expression_alone_includes_nothing() -> None:
+    with pytest.raises(ScriptError) as caught:
+        parse_expression('let include "x"\nwithin 1')
+    assert [diagnostic.code for diagnostic in caught.value.diagnostics] == ["CSP010"]

@@ -32,6 +32,7 @@ CHANNELS = "write a `channel` line for each type: `channel a : {0..1}` and `chan
         ("f(x) = !(x == 1)", "CSP116", "!", "write `not`"),
         ("P := a -> P", "CSP116", ":=", "write `=` to define, `==` to compare"),
         ("P = a => P", "CSP116", "=>", "write `->`: `a -> P` is a prefix"),
+        ("f(x) = x > 1 => x < 3", "CSP116", "=>", "write `not p or q` for `p => q`"),
         ("channel a;\nP = a -> P;\nQ = a -> Q;\nassert P :[deadlock free];", "CSP119", ";", SEMICOLON),
         ("P = a -> P;", "CSP119", ";", SEMICOLON),
         ("P = a -> P;\nQ(x) = a -> Q(x)", "CSP119", ";", SEMICOLON),

@@ -10,13 +10,14 @@ from cspcheck.cspm.printing.printer import print_assertion, print_expression, pr
 from cspcheck.cspm.source import Source
 from cspcheck.cspm.syntax import tree as s
 from tests.cspm.syntax.strategies_syntax import assertions, expressions, patterns, types, without_brackets
+from tests.examples import examples
 
 
 def tidy(text: str) -> str:
     return print_script(parse(Source("", text)))
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(expressions(3))
 def test_expressions_come_back(expression: s.Expr) -> None:
     again = parse_expression(print_expression(expression))
@@ -25,7 +26,7 @@ def test_expressions_come_back(expression: s.Expr) -> None:
     assert parse_expression(print_expression(again, width=10)) == again
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(assertions(1))
 def test_assertions_come_back(assertion: s.Assertion) -> None:
     again = parse_assertion(print_assertion(assertion))
@@ -33,7 +34,7 @@ def test_assertions_come_back(assertion: s.Assertion) -> None:
     assert parse_assertion(print_assertion(again)) == again
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(patterns(3))
 def test_patterns_come_back(pattern: s.Pattern) -> None:
     again = parse_expression(f"\\ {print_expression(pattern)} @ 0")
@@ -41,7 +42,7 @@ def test_patterns_come_back(pattern: s.Pattern) -> None:
     assert without_brackets(again.parameters) == without_brackets((pattern,))
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(types(4))
 def test_types_come_back(written: s.TypeExpr) -> None:
     annotation = parse(Source("", f"x :: {print_expression(written)}\nx = 1")).declarations[0]

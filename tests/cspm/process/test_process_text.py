@@ -8,6 +8,7 @@ from hypothesis import given, settings, strategies as st
 from cspcheck.cspm.process.text import describe, describe_events
 from cspcheck.cspm.script import load
 from cspcheck.cspm.source import Source
+from tests.examples import examples
 
 SCRIPT = load(
     Source(
@@ -47,7 +48,7 @@ processes = st.recursive(
 )
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(processes)
 def test_a_described_term_is_read_back_as_the_same_term(text: str) -> None:
     term = SCRIPT.process(text)
@@ -56,7 +57,7 @@ def test_a_described_term_is_read_back_as_the_same_term(text: str) -> None:
 
 
 @given(processes, st.integers(10, 60))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 def test_a_long_term_is_folded(text: str, width: int) -> None:
     described = describe(SCRIPT.process(text), SCRIPT.events, width=width)
     assert len(described) <= width + 3

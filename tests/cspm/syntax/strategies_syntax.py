@@ -17,7 +17,7 @@ from hypothesis import HealthCheck, settings, strategies as st
 from cspcheck.cspm.source import Source
 from cspcheck.cspm.syntax import tree as s
 
-EXAMPLES = int(os.environ.get("CSPCHECK_FUZZ", "5000"))
+EXAMPLES = int(os.environ.get("CSPCHECK_FUZZ", "20000"))
 """How many random inputs the fuzzing tests try together."""
 
 

@@ -18,6 +18,7 @@ from cspcheck.cspm.naming.resolve import resolve_more
 from cspcheck.cspm.parsing.reading import parse_expression
 from cspcheck.cspm.source import Source
 from cspcheck.cspm.typing.inference import infer_expression
+from tests.examples import examples
 
 TEXT = """
 datatype T = A.{0..2} | B.Bool.T0 | C
@@ -347,7 +348,7 @@ def fits(value: Any, kind: Kind) -> bool:
     return all(fits(key, kind.parts[0]) and fits(kept, kind.parts[1]) for key, kept in pairs)
 
 
-SLOW = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+SLOW = settings(max_examples=examples(60), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
 @SLOW

@@ -35,6 +35,7 @@ from cspcheck.cspm.typing.types import (
     show,
 )
 from cspcheck.cspm.typing.unification import CannotUnify, Clash, InfiniteType, TypeClash, Unifier
+from tests.examples import examples
 
 ATOMS = [INT, BOOL, CHAR, PROC, EVENT]
 UNHURRIED = settings(deadline=None)
@@ -418,7 +419,7 @@ def copied(type_: Type, memo: dict[Type, Type]) -> Type:
     return rebuilt(type_, below) if below else type_
 
 
-@settings(UNHURRIED, max_examples=400)
+@settings(UNHURRIED, max_examples=examples(400))
 @given(tangled(), tangled(), st.booleans())
 def test_unification_ends_in_a_type_or_in_a_clash(one: Type, other: Type, as_argument: bool) -> None:
     memo: dict[Type, Type] = {}

@@ -18,6 +18,7 @@ from cspcheck.cspm.values.text import show, show_short
 from cspcheck.cspm.values.thunks import Thunk, force
 from cspcheck.cspm.values.values import FALSE, TRUE, Map, Sequence, counting_from, deep
 from tests.cspm.values.strategies_values import integers, sequences, values
+from tests.examples import examples
 
 EMPTY = load(Source("empty.csp", ""), typecheck=False)
 
@@ -125,7 +126,7 @@ def test_the_order_does_not_depend_on_where_one_begins(found: list[Any], random:
     assert in_order(shuffled) == in_order(found)
 
 
-@settings(max_examples=500)
+@settings(max_examples=examples(500))
 @given(values())
 def test_what_is_shown_is_read_back_as_the_same_value(value: Any) -> None:
     read = EMPTY._evaluator.run(lambda: deep(EMPTY._evaluator.value(EMPTY._tied(show(value))[0], EMPTY._top)(())))

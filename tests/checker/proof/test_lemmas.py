@@ -1,0 +1,261 @@
+"""Lemmas: proved themselves, then of help; by induction; never of help where they are false."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from itertools import product
+
+import pytest
+
+from cspcheck.checker.proof.finding import Finding
+from cspcheck.checker.proof.obligations import discharge
+from cspcheck.checker.proof.question import Found, Help, Impossible
+from tests.checker.proof.classes import findings, prover
+
+SUM = """
+const sum : seq nat -> nat
+where
+  sum(<>) = 0
+  forall s : seq nat; x : nat @ sum(s ^ <x>) = sum(s) + x
+end
+"""
+LEDGER = (
+    SUM
+    + """
+lemma sum_of_two : forall s, t : seq nat @ sum(s ^ t) = {claim} by induction on t
+class Ledger
+  chan join : [x? : seq nat]
+  main = join -> main
+  state
+    log : seq nat
+    total : nat
+  where
+    total = sum(log)
+  init
+    log = <>
+  op join
+    Delta(log, total)
+    x? : seq nat
+  where
+    log' = log ^ x?
+    total' = total + sum(x?)
+  using sum_of_two
+end
+"""
+)
+
+
+def statuses(found: list[Finding]) -> set[str]:
+    return {f.status for f in found}
+
+
+class TestHelp:
+    def test_a_lemma_brings_a_claim_home_and_is_told(self) -> None:
+        (found,) = findings(LEDGER.format(claim="sum(s) + sum(t)"), "invariant preserved")
+
+        assert (found.status, found.hypotheses, found.missing) == ("proved", ("sum_of_two",), ())
+
+    def test_there_are_states_where_a_recursive_function_says_what_they_are(self) -> None:
+        names = ("axioms consistent", "state inhabited", "initialisation", "feasible")
+
+        assert statuses(findings(LEDGER.format(claim="sum(s) + sum(t)"), *names)) == {"proved"}
+
+    def test_a_false_lemma_is_refuted_and_helps_nobody(self) -> None:
+        asked = prover(LEDGER.format(claim="sum(s) + sum(t) + #s * #t"), seconds=1.0)
+        claim = asked.claim("sum_of_two")
+        assert claim is not None
+
+        found = asked.lemma(claim)
+
+        assert isinstance(found, Found)
+        assert {v.name for v in found.values} == {"s", "t"}
+        (kept,) = discharge(asked, ["invariant preserved"])
+        assert (kept.status != "proved", kept.missing) == (True, ("sum_of_two",))
+
+    def test_a_lemma_about_states_holds_of_those_of_the_invariant(self) -> None:
+        text = """
+class C
+  chan up
+  main = up -> main
+  state
+    n, m : nat
+  where
+    m = n * n
+  lemma square : n > 1 => m > n
+  lemma wrong : n > 0 => m > n
+  init
+    n = 0
+  op up
+    Delta(n, m)
+  where
+    n' = n + 1 and m' = (n + 1) * (n + 1)
+end
+"""
+        found = {f.detail: f.status for f in findings(text, "lemma")}
+
+        assert found == {"`square`": "proved", "`wrong`": "refuted"}
+
+    @pytest.mark.parametrize(
+        "text",
+        [
+            "lemma one : 1 < 2 using two\nlemma two : 2 < 3 using one",
+            "class C\n lemma one : 1 < 2 using one\nend",
+            "lemma one : 1 < 2 using two",
+            "lemma one : forall n : nat @ n >= 0 by induction on m",
+        ],
+    )
+    def test_circles_and_names_of_nothing_are_refused(self, text: str) -> None:
+        from cspcheck.cspm.diagnostics import ScriptError
+
+        with pytest.raises(ScriptError, match=r"CSP66[123]"):
+            prover(text + "\nclass D\n state n : nat\nend")
+
+    def test_a_lemma_says_nothing_of_what_has_no_value(self) -> None:
+        text = """
+class C
+  lemma small : forall x : nat @ x >= 0
+  lemma heads : forall s : seq nat @ head s >= 0 using small
+end
+"""
+        found = {f.detail: f.status for f in findings(text, "lemma")}
+
+        assert found == {"`small`": "proved", "`heads`": "refuted"}
+
+
+class TestInduction:
+    @pytest.mark.parametrize(
+        ("declarations", "claim", "on"),
+        [
+            (
+                "const tri : nat -> nat\nwhere\n  tri(0) = 0\n  forall n : nat @ tri(n + 1) = tri(n) + n + 1\nend\n",
+                "forall n : nat @ 2 * tri(n) = n * (n + 1)",
+                "n",
+            ),
+            (SUM, "forall s : seq nat @ (forall i : 1..#s @ s(i) = 0) => sum(s) = 0", "s"),
+            (
+                "const len : seq nat -> nat\nwhere\n  len(<>) = 0\n"
+                "  forall s : seq nat; x : nat @ len(<x> ^ s) = 1 + len(s)\nend\n",
+                "forall s : seq nat @ len(s) = #s",
+                "s",
+            ),
+            ("", "forall a : finset nat @ a != {} => (exists m : a @ (forall n : a @ n <= m))", "a"),
+            (
+                "TREE ::= leaf | node<<TREE cross TREE>>\nconst size : TREE -> nat\nwhere\n  size(leaf) = 1\n"
+                "  forall l, r : TREE @ size(node(l, r)) = size(l) + size(r)\nend\n",
+                "forall t : TREE @ size(t) >= 1",
+                "t",
+            ),
+        ],
+    )
+    def test_what_is_true_is_proved(self, declarations: str, claim: str, on: str) -> None:
+        asked = prover(f"{declarations}lemma claim : {claim} by induction on {on}\nclass C\nend")
+        found = asked.claim("claim")
+        assert found is not None
+
+        assert isinstance(asked.lemma(found), Impossible)
+
+    def test_a_step_that_forgets_the_least_value_proves_nothing(self) -> None:
+        text = "lemma none : forall n : nat @ n > n + 1 by induction on n\nclass C\nend"
+        asked = prover(text)
+        claim = asked.claim("none")
+        assert claim is not None
+
+        assert isinstance(asked.lemma(claim), Found)
+
+    def test_an_assertion_may_ask_for_it(self) -> None:
+        asked = prover(
+            SUM + "class C\n state s : seq nat\n where sum(s) >= 0\n init s = <>\n lemma l : sum(s ^ <1>) > sum(s)\nend"
+        )
+        asked.help = Help(induction="s")
+
+        assert isinstance(asked.refutes(asked.situation.state(), asked.situation.invariant()[0].term), Impossible)
+
+
+class TestRecursion:
+    @pytest.mark.parametrize(
+        ("range_", "step", "consistent"),
+        [
+            ("nat", "f(s) + x", True),
+            ("0..3", "f(s) + x", False),
+            ("nat", "f(s) - x", False),
+            ("0..3", "if f(s) < 3 then f(s) + 1 else 0", True),
+        ],
+    )
+    def test_it_is_consistent_where_values_stay_in_the_range(self, range_: str, step: str, consistent: bool) -> None:
+        text = f"""
+const f : seq nat -> {range_}
+where
+  f(<>) = 0
+  forall s : seq nat; x : nat @ f(s ^ <x>) = {step}
+end
+class C
+  state s : seq nat
+end
+"""
+        (found,) = discharge(prover(text, seconds=2.0), ["axioms consistent"])
+
+        assert (found.status == "proved") == consistent
+
+
+# --- against all small values ----------------------------------------------------------------------------------------
+
+Meaning = Callable[[dict[str, tuple[int, ...]]], tuple[int, ...]]
+_SMALL = [s for size in range(4) for s in product((0, 1), repeat=size)]
+
+
+def _sequence(rng: random.Random, depth: int) -> tuple[str, Meaning]:
+    """A sequence expression of ``s`` and ``t`` with what it means."""
+    if depth == 0 or rng.random() < 0.3:
+        name = rng.choice("st")
+        return rng.choice([(name, lambda v: v[name]), (name, lambda v: v[name]), ("<1>", lambda v: (1,))])
+    left, one = _sequence(rng, depth - 1)
+    right, other = _sequence(rng, depth - 1)
+    return rng.choice(
+        [
+            (f"({left} ^ {right})", lambda v: one(v) + other(v)),
+            (f"(rev ({left}))", lambda v: one(v)[::-1]),
+            (f"(({left}) filter {{1}})", lambda v: tuple(x for x in one(v) if x == 1)),
+        ]
+    )
+
+
+def _predicate(rng: random.Random) -> tuple[str, Callable[[dict[str, tuple[int, ...]]], bool]]:
+    left, one = _sequence(rng, 2)
+    right, other = _sequence(rng, 2)
+    return rng.choice(
+        [
+            (f"{left} = {right}", lambda v: one(v) == other(v)),
+            (f"#{left} <= #{right}", lambda v: len(one(v)) <= len(other(v))),
+            (f"sum({left}) = sum({right})", lambda v: sum(one(v)) == sum(other(v))),
+            (f"sum({left}) <= #{right}", lambda v: sum(one(v)) <= len(other(v))),
+            (f"sum({left}) + sum(t) = sum({right} ^ t)", lambda v: sum(one(v)) + sum(v["t"]) == sum(other(v) + v["t"])),
+        ]
+    )
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_is_proved_holds_of_all_small_values(seed: int) -> None:
+    rng = random.Random(seed)
+    lemmas, meanings = [], {}
+    for number in range(6):
+        said, meaning = _predicate(rng)
+        using = rng.sample(sorted(meanings), min(len(meanings), rng.randrange(3)))
+        helps = (f" using {', '.join(using)}" if using else "") + rng.choice(
+            ["", " by induction on s", " by induction on t"]
+        )
+        lemmas.append(f"lemma l{number} : forall s, t : seq (0..1) @ {said}{helps}")
+        meanings[f"l{number}"] = meaning
+    asked = prover(SUM + "\n".join(lemmas) + "\nclass C\nend", seconds=1.0)
+    decided = 0
+    for name, meaning in meanings.items():
+        claim = asked.claim(name)
+        assert claim is not None
+        answer = asked.lemma(claim)
+        holds = all(meaning({"s": s, "t": t}) for s in _SMALL for t in _SMALL)
+        if isinstance(answer, Impossible):
+            assert holds, lemmas
+        if isinstance(answer, Found):
+            assert not holds, lemmas
+        decided += isinstance(answer, Impossible | Found)
+    assert decided > 2
