@@ -175,6 +175,19 @@ class Guard:
             self._asked = now
             _raise_in(self._thread, Stopped)
 
+    def afford(self, thread: int, more: int) -> None:
+        """Stop the work of a thread if it is this one's and *more* bytes would be too much.
+
+        Raises:
+            Stopped: they would.
+        """
+        if thread != self._thread or self._memory is None:
+            return
+        used = process_memory()
+        if used is not None and used + more > self._memory:
+            self.reached = self.reached or "memory"
+            raise Stopped
+
     def tell_again(self, thread: int) -> None:
         """What was sent to a thread did not arrive."""
         if thread == self._thread:
@@ -191,6 +204,22 @@ class Guard:
         if used > SMALL and _watcher.memory_is_scarce(now):
             return "machine"
         return None
+
+
+LARGE = 4 << 20
+"""Fewer bytes than this are taken without asking."""
+
+
+def afford(more: int) -> None:
+    """Ask before *more* bytes are taken at one blow, as by an array that is copied to one of twice its length.
+
+    Between two looks of a guard such a step would take the process far over its limit.
+
+    Raises:
+        Stopped: the memory limit of a guard of this thread would be passed.
+    """
+    if more >= LARGE:
+        _watcher.afford(more)
 
 
 class _Dropped:
@@ -249,6 +278,11 @@ class _Watcher:
         # Without the lock, which this thread may hold: it can have been stopped anywhere.
         for guard in list(self._guards):
             guard.tell_again(thread)
+
+    def afford(self, more: int) -> None:
+        """Ask the guards of this thread."""
+        for guard in list(self._guards):
+            guard.afford(threading.get_ident(), more)
 
     def memory_is_scarce(self, now: float) -> bool:
         """Whether the machine has next to no memory left."""

@@ -175,9 +175,9 @@ def equivalent(
     def same(text: str, sort: Sort) -> bool:
         if sort == "value":
             return _same_value(first, second, text)
-        if _same_process(first, second, text, all_values=sort == "class"):
+        if control is not None and _same_process(*control(), text, all_values=False):
             return True
-        return control is not None and _same_process(*control(), text, all_values=False)
+        return _same_process(first, second, text, all_values=sort == "class")
 
     return all(same(text, sort) for text, sort in expressions)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cspcheck.checker.arrays import BoolArray, Int64Array
+from cspcheck.checker.guard import afford
 from cspcheck.checker.kernels.jit import kernels_for
 from cspcheck.checker.lts import Lts, machine, reachable, sources
 from cspcheck.cspm.process.events import TAU
@@ -24,6 +25,8 @@ def coarsest_partition(lts: Lts, initial: Int64Array) -> Int64Array:
         The class of each state, numbered in the order of first occurrence.
     """
     size = lts.states
+    slots = 2 << (2 * size).bit_length()
+    afford(8 * (16 * size + 5 * lts.transitions + 2 * slots))
     _, first = np.unique(initial, return_index=True)
     block = numbered(np.asarray(initial, dtype=np.int64))
     order = np.argsort(block, kind="stable").astype(np.int64)
@@ -35,7 +38,6 @@ def coarsest_partition(lts: Lts, initial: Int64Array) -> Int64Array:
     by_target = np.argsort(lts.targets, kind="stable")
     earlier_offsets = np.concatenate([[0], np.cumsum(np.bincount(lts.targets, minlength=size))]).astype(np.int64)
     widest = int(np.diff(lts.offsets).max(initial=0))
-    slots = 2 << (2 * size).bit_length()
 
     def scratch(entries: int) -> Int64Array:
         return np.zeros(entries, dtype=np.int64)

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cspcheck.checker.arrays import Int32Array, Int64Array
+from cspcheck.checker.guard import afford
 from cspcheck.checker.kernels.arrays import Guide
 from cspcheck.checker.packing.layout import Layout
 from cspcheck.checker.specification.normal_form import NormalForm
@@ -61,6 +62,7 @@ class Column:
     def reserve(self, length: int) -> None:
         """Have room for so many numbers."""
         if length > len(self.array):
+            afford(2 * length * self.array.itemsize)
             grown = np.full(max(64, 2 * length), self.fill, dtype=self.array.dtype)
             grown[: self.length] = self.array[: self.length]
             self.array = grown

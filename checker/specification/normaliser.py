@@ -15,6 +15,7 @@ from typing import TypeVar
 import numpy as np
 
 from cspcheck.checker.arrays import BoolArray, Int32Array, Int64Array
+from cspcheck.checker.guard import afford
 from cspcheck.checker.kernels import subsets
 from cspcheck.checker.kernels.jit import Kernels, tau_kernels, tau_kernels_are_loaded
 from cspcheck.checker.kernels.subsets import Branching, Following, Sets
@@ -73,6 +74,7 @@ class _Numbering:
         members = _at_least(sets.members, used + size)
         offsets, hashes, slots = _at_least(sets.offsets, count + 2), _at_least(sets.hashes, count + 2), sets.slots
         if 2 * (count + 1) > len(slots):
+            afford(4 * slots.nbytes)
             slots = np.full(4 * len(slots), -1, dtype=np.int32)
         if members is not sets.members or offsets is not sets.offsets or slots is not sets.slots:
             grown = Sets(members, offsets, hashes, slots, sets.size)
@@ -88,6 +90,7 @@ def _at_least(numbers: Numbers, length: int) -> Numbers:
     """The array, with room for *length* numbers; where it has to grow, for twice as many as it had."""
     if length <= len(numbers):
         return numbers
+    afford(numbers.nbytes)
     grown = np.zeros(max(length, 2 * len(numbers)), dtype=numbers.dtype)
     grown[: len(numbers)] = numbers
     return grown
@@ -252,6 +255,7 @@ class Normaliser:
             needed = int(self._progress[subsets.ROWS]) + len(self.events)
             rows.columns, rows.targets = _at_least(rows.columns, needed), _at_least(rows.targets, needed)
         transitions = int(self._progress[subsets.ROWS])
+        afford(8 * transitions + 32 * node)
         divergent = np.zeros(node, dtype=np.bool_)
         if self._progress[subsets.DIVERGENT] >= 0:
             divergent[self._progress[subsets.DIVERGENT]] = True

@@ -10,10 +10,12 @@ from __future__ import annotations
 import threading
 import time
 
+import numpy as np
 import pytest
 
 import cspcheck
-from cspcheck.checker.guard import Guard, process_memory
+from cspcheck.checker.guard import Guard, afford, process_memory
+from cspcheck.checker.specification.normaliser import _at_least
 from cspcheck.cspm.interruption import Stopped, during
 
 FIBONACCI = "fib(n) = if n < 2 then n else fib(n - 1) + fib(n - 2)\n"
@@ -183,6 +185,20 @@ class TestGuard:
                 except Stopped:
                     dropped += 1
         assert dropped == 2
+
+    def test_what_would_be_too_much_is_not_taken(self) -> None:
+        """An array that is doubled would be over the limit before anybody looks again."""
+        before = process_memory()
+        if before is None:
+            pytest.skip("this system does not tell the memory of a process")
+        guard = Guard(None, before + (64 << 20))
+        with guard:
+            afford(8 << 20)
+        assert guard.reached is None
+        with pytest.raises(Stopped), guard:
+            _at_least(np.zeros(32 << 20, dtype=np.int32), (32 << 20) + 1)
+        assert guard.reached == "memory"
+        afford(1 << 50)  # nobody limits it
 
     def test_it_guards_its_own_thread(self) -> None:
         found: list[str] = []
