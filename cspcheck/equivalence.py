@@ -159,7 +159,7 @@ def equivalent(
     first: Version,
     second: Version,
     expressions: Sequence[tuple[str, Sort]],
-    control: Callable[[], tuple[Version, Version]] | None = None,
+    control: Callable[[], tuple[Version, Version] | None] | None = None,
 ) -> bool:
     """Whether it is shown that two versions mean the same by all expressions (of :func:`subjects`); False for none.
 
@@ -167,7 +167,8 @@ def equivalent(
         first, second: the versions.
         expressions: what is compared.
         control: the same versions without the data of classes, where nothing that data depends on differs: a class is
-            its control with its data beside it, and what is the same in that view is the same.
+            its control with its data beside it, and what is the same in that view is the same. None where the script
+            cannot be read so.
     """
     if not expressions or _events(first.script) != _events(second.script):
         return False
@@ -175,7 +176,8 @@ def equivalent(
     def same(text: str, sort: Sort) -> bool:
         if sort == "value":
             return _same_value(first, second, text)
-        if control is not None and _same_process(*control(), text, all_values=False):
+        views = None if control is None else control()
+        if views is not None and _same_process(*views, text, all_values=False):
             return True
         return _same_process(first, second, text, all_values=sort == "class")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from hashlib import sha256
 from typing import TYPE_CHECKING, Literal
 
@@ -150,10 +151,14 @@ class _Judge:
         settings = self._within(20.0, MOST_STATES)
         version = Version(script, settings)
 
-        def without_data() -> tuple[Version, Version]:
-            if self._original_control is None:
-                self._original_control = Version(self._load(self.tree, "control"), settings)
-            return self._original_control, Version(self._load(tree, "control"), settings)
+        @cache
+        def without_data() -> tuple[Version, Version] | None:
+            try:
+                if self._original_control is None:
+                    self._original_control = Version(self._load(self.tree, "control"), settings)
+                return self._original_control, Version(self._load(tree, "control"), settings)
+            except ScriptError:  # it speaks of values that events have
+                return None
 
         control = without_data if classes is not None and self.reach.is_control(change) else None
         # The same ones again and again: each is looked at once.

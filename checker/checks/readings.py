@@ -19,6 +19,7 @@ from cspcheck.checker.network.compiler import LimitReached, compile_network
 from cspcheck.checker.network.network import Network
 from cspcheck.checker.packing.packed import pack
 from cspcheck.checker.search.exploration import explore
+from cspcheck.checker.semantics.menus import unlike_menus
 from cspcheck.checker.verdict import Outcome, Verdict
 from cspcheck.cspm.process.terms import Beyond, Process
 
@@ -82,7 +83,7 @@ def _slots_left(network: Network) -> dict[int, dict[int, str]]:
     """By slot, the local states that leave the readings, with what they demand."""
     found: dict[int, dict[int, str]] = {}
     for number, slot in enumerate(network.slots):
-        for local, term in enumerate(slot.terms):
+        for local, term in unlike_menus(slot.terms):
             left = left_in(term)
             if left is not None:
                 found.setdefault(number, {})[local] = left.report

@@ -33,6 +33,7 @@ from cspcheck.checker.network.skeleton import (
 )
 from cspcheck.checker.semantics.growth import beyond, too_many
 from cspcheck.checker.semantics.machine_states import MachineParts
+from cspcheck.checker.semantics.menus import unlike_menus
 from cspcheck.checker.semantics.transitions import Explored, LimitReached, MoreStates, Poll, Semantics
 from cspcheck.checker.verdict import Limits
 from cspcheck.cspm.process.terms import MachineState, Process
@@ -266,7 +267,8 @@ class _TooLarge(Exception):
     @property
     def has_parts(self) -> bool:
         """Whether parallel compositions were met inside the component."""
-        return any(map(Parts(), self.terms))
+        has_parts = Parts()
+        return any(has_parts(term) for _, term in unlike_menus(self.terms))
 
 
 def compile_network(

@@ -7,18 +7,20 @@ runs only until its first visible event.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
+from cspcheck.checker.collecting import seldom
 from cspcheck.checker.lts import Lts, machine, reachable
 from cspcheck.checker.semantics.growth import so_far
 from cspcheck.checker.semantics.machine_states import ExplicitMachine
+from cspcheck.checker.semantics.menus import States, explored
 from cspcheck.checker.semantics.parallel import waits
 from cspcheck.checker.semantics.steps import Row, Step
-from cspcheck.checker.semantics.transitions import Explored, MoreStates, Poll, Semantics, breadth_first
+from cspcheck.checker.semantics.transitions import Explored, MoreStates, Poll, Semantics, TooMany
 from cspcheck.cspm.interruption import during
 from cspcheck.cspm.process.events import TAU, TICK, EventSet
 from cspcheck.cspm.process.terms import NO_EVENTS, SKIP, MachineState, Process
@@ -118,7 +120,7 @@ class Machines:
         self._explorer = explorer
         self._semantics = semantics
         self._known: dict[tuple[Process, Role], Explored] = {}
-        self._too_big: dict[tuple[Process, Role], list[Process]] = {}
+        self._too_big: dict[tuple[Process, Role], Sequence[Process]] = {}
 
     def of(self, state: Process, role: Alone | Joined, most: int) -> Explored:
         """The machine of a component.
@@ -137,18 +139,20 @@ class Machines:
             successors: Callable[[Process], list[Step] | Row] = self._semantics.transitions
             if isinstance(role, Joined):
                 successors = partial(self._joined_successors, role.clocks)
-            met = self._too_big.get(key, [])
+            met = self._too_big.get(key, ())
             if len(met) >= most:
                 raise MoreStates(met[:most])
-            terms: list[Process] = []
+            heads = self._semantics.heads
+            terms = States(heads)
             try:
-                with during(partial(so_far, terms, self._semantics.heads)):
-                    found = self._known[key] = breadth_first(state, successors, most, self.poll, terms)
-            except MoreStates as more:
-                self._too_big[key] = list(more.terms[:REMEMBERED])
-                raise
+                with during(partial(so_far, terms, heads)), seldom():
+                    lts = explored(state, successors, most, self.poll, terms, heads)
+                    found = self._known[key] = Explored(lts, terms)
+            except TooMany:
+                self._too_big[key] = terms[:REMEMBERED]
+                raise MoreStates(terms) from None
         if found.lts.states > most:
-            raise MoreStates(list(found.terms[:most]))
+            raise MoreStates(found.terms[:most])
         return found
 
     def _of_chase(self, explore: ExploreMost, most: int, key: tuple[Process, Role]) -> Explored:

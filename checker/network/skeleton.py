@@ -17,6 +17,7 @@ from cspcheck.checker.network.components import ALONE, Alone, Joined
 from cspcheck.checker.network.endings import Endings
 from cspcheck.checker.network.network import Network, Rule, Slot
 from cspcheck.checker.network.shapes import JOINING, STATIC_UNARY
+from cspcheck.checker.semantics.menus import unlike_menus
 from cspcheck.checker.semantics.transitions import Explored
 from cspcheck.cspm.process.events import TICK
 from cspcheck.cspm.process.terms import (
@@ -234,7 +235,7 @@ class _Skeleton:
         machine = self._explore(component)
         place = component.place
         compressed = None
-        if self._has_machines is not never and any(map(self._has_machines, machine.terms)):
+        if self._has_machines is not never and any(self._has_machines(term) for _, term in unlike_menus(machine.terms)):
             compressed = component.process
         self.slots.append(Slot(self._name(place), place.span, machine.lts, machine.terms, compressed))
         actions = [Action(label, label, ((slot, label),)) for label in machine.alphabet()]

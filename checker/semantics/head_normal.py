@@ -9,6 +9,7 @@ what has not started stays a name.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from operator import attrgetter
 from typing import Any
 
 from cspcheck.checker.messages import endless_unfolding, unguarded_recursion
@@ -17,9 +18,12 @@ from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.process.terms import (
     Compressed,
     External,
+    ExternalChoice,
     Fused,
     Hide,
+    Menu,
     Operands,
+    Prefix,
     Prioritised,
     Process,
     Project,
@@ -31,9 +35,39 @@ MAXIMAL_UNFOLDING = 50_000
 """So many references nested without an event are taken for a recursion that never ends."""
 
 
+DEEPEST = 20
+"""Choices nested deeper than this have no menus."""
+
+
 def unfolded(process: Process) -> Operands:
     """The operands that must be in head normal form for a term to be: the running ones, and what functions follow."""
     return (process.process,) if isinstance(process, External) else process.active()
+
+
+def menu_of(state: Process, depth: int = 0) -> Menu | None:
+    """The menu of a term in head normal form, if it has one."""
+    if type(state) is Prefix:
+        return (state.branches,)
+    if type(state) is not ExternalChoice or depth == DEEPEST:
+        return None
+    found: list[Any] = []
+    for operand in state.operands:
+        if type(operand) is Prefix:
+            found.append(operand.branches)
+        else:
+            inner = menu_of(operand, depth + 1)
+            if inner is None:
+                return None
+            found.append(inner)
+    return tuple(found)
+
+
+def all_begun(operands: Operands) -> bool:
+    """Whether nothing runs inside any of some operands: prefixes and their like."""
+    return not any(map(_has_active, operands))
+
+
+_has_active = attrgetter("has_active")
 
 
 class HeadNormalForms:
@@ -50,6 +84,8 @@ class HeadNormalForms:
         self._known: dict[Process, Process] = {}
         self._names: dict[Process, Reference] = {}
         self._others: dict[Process, list[Reference]] = {}
+        self.by_menu: dict[Menu, Process] = {}
+        """What the states explored by their menus were met as: names that come before those of their terms."""
 
     def of(self, process: Process) -> Process:
         """The head normal form of *process*.
@@ -65,9 +101,11 @@ class HeadNormalForms:
         if isinstance(process, Reference):
             # By far the most frequent case: a name for something that begins with an event.
             body = process.body()
-            if not body.has_active:
+            if not body.has_active or (type(body) is ExternalChoice and all_begun(body.operands)):
                 self._call(body, process)
                 self._known[process] = body
+                if body.has_active:
+                    self._known[body] = body
                 return body
         return self._find(process)
 
@@ -89,6 +127,11 @@ class HeadNormalForms:
 
     def _call(self, state: Process, reference: Reference) -> None:
         """Remember that the reference stands for *state*."""
+        if self.by_menu and state not in self._names:
+            menu = menu_of(state)
+            met = reference if menu is None else self.by_menu.get(menu)
+            if type(met) is Reference:
+                self._names[state] = met
         if self._names.setdefault(state, reference) is not reference:
             self._others.setdefault(state, []).append(reference)
 

@@ -28,7 +28,7 @@ from cspcheck.checker.semantics.steps import Row, Step
 from cspcheck.checker.verdict import Limits
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.process.events import TAU, TICK
-from cspcheck.cspm.process.terms import External, Prioritised, Process, Watchdog
+from cspcheck.cspm.process.terms import External, ExternalChoice, Prefix, Prioritised, Process, Watchdog
 
 __all__ = [
     "Explored",
@@ -107,6 +107,11 @@ class Semantics:
         latest = self._latest
         if latest is not None and latest[0] is state:
             return latest[1]
+        if type(state) is ExternalChoice:
+            row = self._of_prefixes(state)
+            if row is not None:
+                self._latest = state, row
+                return row
         delegate = self._delegate(state) if self._has_delegates else None
         if delegate is not None:
             return delegate.transitions(state)
@@ -145,11 +150,25 @@ class Semantics:
             return self._followed_by if term.function in FOLLOWING else self._prioritised
         return None
 
+    def _of_prefixes(self, choice: ExternalChoice) -> Row | None:
+        """The transitions of a choice between prefixes, what most states of processes with data are; else None.
+
+        The same as its rule gives, without the transitions of the operands by themselves, which nobody asks for.
+        """
+        steps: list[Step] = []
+        state = self.heads.of
+        for operand in choice.operands:
+            if type(operand) is not Prefix:
+                return None
+            steps += [(event, state(after)) for event, after in operand.branches]
+        self.steps += 2 * len(steps)
+        return _ordered(steps)
+
     def _apply(self, term: Process) -> Row:
         known = self._known
         steps = self.applied(term, [known[operand] for operand in term.active()])
         self.steps += len(steps)
-        return tuple(sorted(dict.fromkeys(steps), key=_event)) if len(steps) > 1 else tuple(steps)
+        return _ordered(steps)
 
     def _followed(self, term: External | Watchdog) -> list[Step]:
         """What a function does that looks at more than the next step of its operand."""
@@ -175,6 +194,11 @@ class Semantics:
 
 
 _event = itemgetter(0)
+
+
+def _ordered(steps: list[Step]) -> Row:
+    """Steps without repetitions, by event and then by first occurrence."""
+    return tuple(sorted(dict.fromkeys(steps), key=_event)) if len(steps) > 1 else tuple(steps)
 
 
 def transitions(process: Process) -> Row:

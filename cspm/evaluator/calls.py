@@ -17,6 +17,7 @@ from cspcheck.cspm.evaluator.core import (
     unwrap,
 )
 from cspcheck.cspm.evaluator.frames import Frame
+from cspcheck.cspm.evaluator.keys import native
 from cspcheck.cspm.evaluator.routines import Routine, apply, apply_process, call_routine, passed
 from cspcheck.cspm.evaluator.sorts import Sort
 from cspcheck.cspm.evaluator.timed import timed_name
@@ -28,7 +29,7 @@ from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.values import messages as messages
 from cspcheck.cspm.values.failure import Failure
 from cspcheck.cspm.values.thunks import Code, Env
-from cspcheck.cspm.values.values import Function
+from cspcheck.cspm.values.values import Function, deep
 
 # --- literals and brackets -----------------------------------------------------------------------------------
 
@@ -232,6 +233,44 @@ def _local_call(routine: Routine, arguments: list[Code], span: Span) -> Code:
     return call
 
 
+def _reference(routine: Routine, codes: list[Code], delayed: list[Code]) -> Callable[[Env], Process]:
+    """A mention of a process with arguments, which its reference needs evaluated.
+
+    *delayed* are the same arguments put off: the way where one of them cannot be evaluated, or has no end, which does
+    not matter as long as nobody asks for it.
+    """
+    size = routine.frame.size
+    evaluated = True
+
+    def in_general(env: Env) -> Process:
+        return routine.reference(env[:size], [argument(env) for argument in delayed])
+
+    def refer_one(env: Env) -> Process:
+        nonlocal evaluated
+        if evaluated:
+            try:
+                value = deep(only(env))
+                return routine.refer((native(value),), env[:size], (value,))
+            except Failure:
+                evaluated = False
+        return in_general(env)
+
+    def refer(env: Env) -> Process:
+        nonlocal evaluated
+        if evaluated:
+            try:
+                values = tuple([deep(code(env)) for code in codes])
+                return routine.refer(tuple([native(value) for value in values]), env[:size], values)
+            except Failure:
+                evaluated = False
+        return in_general(env)
+
+    if len(codes) == 1:
+        (only,) = codes
+        return refer_one
+    return refer
+
+
 @PROCESSES(syntax.Apply)
 def _process_apply(evaluator: Evaluator, node: syntax.Apply, frame: Frame) -> Callable[[Env], Process]:
     span = node.span
@@ -245,13 +284,7 @@ def _process_apply(evaluator: Evaluator, node: syntax.Apply, frame: Frame) -> Ca
             if wrong is not None:
                 return wrong
             if len(known.groups) == 1:
-                known_routine = known
-                size = known.frame.size
-
-                def refer(env: Env) -> Process:
-                    return known_routine.reference(env[:size], [argument(env) for argument in arguments])
-
-                return refer
+                return _reference(known, [evaluator.value(argument, frame) for argument in node.arguments], arguments)
         function = evaluator.value(node.function, frame)
 
         def value(env: Env) -> Any:

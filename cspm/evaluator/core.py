@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeVar
 
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.evaluator.builtins_data import as_sequence
@@ -60,6 +60,9 @@ PROCESS_TYPES = frozenset(
 class Evaluator:
     """Everything that the evaluation of one script shares."""
 
+    fuses_processes: ClassVar[bool] = True
+    """Whether definitions of processes that are unfolded often become functions of their own."""
+
     def __init__(self, names: Names, channels: Channels, types: Types | None) -> None:
         self.names = names
         self.types = types
@@ -72,6 +75,8 @@ class Evaluator:
         self.routines: dict[Any, Any] = {}
         """The routine of each definition that is local to some expression, by node and unit."""
         self.free_variables: dict[int, frozenset[Any]] = {}
+        self.menus_open = 0
+        """How many menus of processes are being worked out, one for another."""
         self._active = False
 
     def forget(self, root: syntax.Node, frame: Frame) -> None:

@@ -69,17 +69,17 @@ class Fusion:
     def function(self, parameters: str, body: str, otherwise: Callable[..., Any]) -> Callable[..., Any]:
         """The compiled function; where Python raises by itself, *otherwise* does the work."""
         slow = self.object(otherwise)
-        text = (
-            f"def fused({parameters}):\n"
-            f"    try:\n        return {body}\n"
-            f"    except ZeroDivisionError:\n        return {slow}({parameters})\n"
-        )
         self.objects["ZeroDivisionError"] = ZeroDivisionError
+        text = f"    try:\n        return {body}\n    except ZeroDivisionError:\n        return {slow}({parameters})\n"
+        return self.compiled(parameters, text) or otherwise
+
+    def compiled(self, parameters: str, statements: str) -> Callable[..., Any] | None:
+        """The function of these indented statements; None if they are too much for Python."""
         self.objects["__builtins__"] = {}
         try:
-            exec(compile(text, "<fused>", "exec"), self.objects)
-        except (SyntaxError, MemoryError, RecursionError):  # too large for Python
-            return otherwise
+            exec(compile(f"def fused({parameters}):\n{statements}", "<fused>", "exec"), self.objects)
+        except (SyntaxError, MemoryError, RecursionError):
+            return None
         result: Callable[..., Any] = self.objects["fused"]
         return result
 

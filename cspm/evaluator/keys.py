@@ -6,7 +6,8 @@ from typing import Any
 
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.values.failure import Failure
-from cspcheck.cspm.values.values import deep
+from cspcheck.cspm.values.sets import FiniteSet
+from cspcheck.cspm.values.values import ATOMS, Map, Sequence, deep
 
 
 class Failed:
@@ -50,3 +51,19 @@ def key_of(value: Any, level: int = 0) -> Any:
         return deep(value, level)
     except Failure as failure:
         return Itself(value) if failure.is_limit else Failed(failure.diagnostic)
+
+
+def native(value: Any) -> Any:
+    """What stands for an evaluated *value* in a key: equal for equal values alone, and compared by Python itself.
+
+    A key is looked up for every mention of a process, and methods of values would be called for each. No value is a
+    ``frozenset``, and no tuple of values begins with a class, so no two values are mixed up.
+    """
+    kind = type(value)
+    if kind in ATOMS:
+        return value
+    if kind is FiniteSet:
+        return value.items
+    if kind is Sequence or kind is Map:
+        return value.native
+    return value

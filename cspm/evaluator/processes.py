@@ -37,7 +37,7 @@ def _guard(evaluator: Evaluator, node: syntax.Guard, frame: Frame) -> ProcessCod
     return lambda env: body(env) if condition(env) else process.STOP
 
 
-def _chain(node: syntax.ProcessBinary) -> list[syntax.Expr]:
+def chain(node: syntax.ProcessBinary) -> list[syntax.Expr]:
     """The operands of a chain of one operator: ``P [] Q [] R`` has three."""
     operands: list[syntax.Expr] = []
     stack: list[syntax.Expr] = [node]
@@ -55,7 +55,7 @@ def _chain(node: syntax.ProcessBinary) -> list[syntax.Expr]:
 def _binary(evaluator: Evaluator, node: syntax.ProcessBinary, frame: Frame) -> ProcessCode:
     timing = frame.timing
     if node.operator in ("[]", "|~|", "|||"):
-        codes = [evaluator.process(operand, frame) for operand in _chain(node)]
+        codes = [evaluator.process(operand, frame) for operand in chain(node)]
 
         def operands(env: Env) -> tuple[Process, ...]:
             return tuple([code(env) for code in codes])

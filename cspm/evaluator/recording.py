@@ -7,7 +7,7 @@ recorded where terms are made. Values, terms and their sharing are those of the 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 from cspcheck.cspm.evaluator.core import PROCESSES, VALUES, Evaluator
 from cspcheck.cspm.evaluator.frames import Frame
@@ -29,6 +29,8 @@ class RecordingEvaluator(Evaluator):
         made: by the identity of a prefix's node, the terms that it became.
         conditions: by the identity of the node of a condition, the truth values that it had.
     """
+
+    fuses_processes: ClassVar[bool] = False
 
     def __init__(self, *arguments: Any) -> None:
         self.compiled: set[int] = set()

@@ -13,12 +13,13 @@ from cspcheck.cspm.evaluator.core import PROCESS_TYPES
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.evaluator.free import mentioned
 from cspcheck.cspm.evaluator.fusion import fused_body
-from cspcheck.cspm.evaluator.keys import Failed, Itself, key_of
+from cspcheck.cspm.evaluator.keys import Failed, Itself, key_of, native
 from cspcheck.cspm.evaluator.patterns import Matcher, compile_pattern, is_variable
 from cspcheck.cspm.evaluator.sorts import Sort
 from cspcheck.cspm.interruption import Stopped
 from cspcheck.cspm.naming.symbols import Symbol
-from cspcheck.cspm.process.terms import Definition, Process, Reference
+from cspcheck.cspm.process.hash_consing import Entry
+from cspcheck.cspm.process.terms import Definition, Menu, Process, Reference
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.values import messages as messages
@@ -51,7 +52,9 @@ class Routine:
         "_plan",
         "clauses",
         "enter",
+        "enter_menu",
         "enter_process",
+        "entries",
         "evaluator",
         "frame",
         "groups",
@@ -87,9 +90,13 @@ class Routine:
         self.known_process = sort is Sort.PROCESS
         self.enter: Code = self._first_value
         self.enter_process: Callable[[Env], Process] = self._first_process
+        self.enter_menu: Callable[[Env], Menu | None] | None = None
+        """Gives the menu of the process, where it has one; None as long as the definition is not fused."""
         self.thunk: Thunk | None = None
         self._plan: tuple[int, ...] | None = None
         self._constant: Reference | None = None
+        self.entries: dict[Any, Entry] = {}
+        """The references to the definition that anyone has, by the values around it and its arguments."""
 
     # --- running --------------------------------------------------------------------------------------------
 
@@ -120,9 +127,36 @@ class Routine:
         return counted
 
     def _first_process(self, env: Env) -> Process:
-        code: Callable[[Env], Process] = self._compile(self.evaluator.process, self.strict or (False,) * self.width)
+        strict = self.strict or (False,) * self.width
+        code: Callable[[Env], Process] = self._compile(self.evaluator.process, strict)
         self.enter_process = code
+        fuses = self.evaluator.fuses_processes and self.evaluator.sorts.types is not None
+        if fuses and self.groups and self.frame.timing is None:
+            self.enter_process = self._until_hot_process(code)
         return code(env)
+
+    def _until_hot_process(self, code: Callable[[Env], Process]) -> Callable[[Env], Process]:
+        """*code* for the first unfoldings, and then the same with its bodies fused."""
+        from cspcheck.cspm.evaluator.fused_processes import fused_menu, fused_process, with_menus, with_terms
+
+        calls = 0
+        evaluator = self.evaluator
+
+        def counted(env: Env) -> Process:
+            nonlocal calls
+            calls += 1
+            if calls > HOT:
+                if self.enter_process is counted:
+                    # References have their arguments evaluated; where one cannot be, the closures are entered.
+                    strict = (True,) * self.width
+                    terms = self._compile(lambda body, frame: fused_process(evaluator, body, frame), strict)
+                    self.enter_process = with_terms(self, terms, code)
+                    menus = self._compile(lambda body, frame: fused_menu(evaluator, body, frame), strict)
+                    self.enter_menu = with_menus(self, menus)
+                return self.enter_process(env)
+            return code(env)
+
+        return counted
 
     def _compile(self, compile_body: Callable[[syntax.Expr, Frame], Code], strict: tuple[bool, ...]) -> Code:
         start = self.frame.size
@@ -188,7 +222,7 @@ class Routine:
         plan = self._plan
         if plan is None:
             plan = self._plan = self._find_plan()
-        return tuple([key_of(env[slot], level) for slot in plan]) if plan else ()
+        return tuple([native(key_of(env[slot], level)) for slot in plan]) if plan else ()
 
     def _find_plan(self) -> tuple[int, ...]:
         """The positions of the variables that the definition depends on, through the local definitions it uses.
@@ -248,7 +282,7 @@ class Routine:
         if not arguments and not self.frame.size:
             constant = self._constant
             if constant is None:
-                constant = self._constant = self._refer((self, (), ()), base, (), body)
+                constant = self._constant = self.refer((), base, (), body)
             return constant
         values: list[Any] = []
         keys: list[Any] = []
@@ -258,17 +292,35 @@ class Routine:
                 values.append(argument)
                 continue
             key = key_of(argument)
-            keys.append(key)
+            keys.append(native(key))
             values.append(argument if type(key) is Failed or type(key) is Itself else key)
-        captured = self.captured(base) if self.frame.size else ()
-        return self._refer((self, captured, tuple(keys)), base, tuple(values), body)
+        return self.refer(tuple(keys), base, tuple(values), body)
 
-    def _refer(self, key: Any, base: Env, arguments: Env, body: Process | None) -> Reference:
-        return Reference(key, Use(self, key, base, arguments, body))
+    def refer(self, keys: Any, base: Env, arguments: Env, body: Process | None = None) -> Reference:
+        """The reference for *arguments*, evaluated through and through, which these *keys* stand for (``native``)."""
+        captured = self.captured(base) if self.frame.size else ()
+        key = (captured, keys) if captured else keys
+        entry = self.entries.get(key)
+        if entry is not None:
+            found: Reference | None = entry()
+            if found is not None:
+                return found
+        told = arguments
+        if Thunk in map(type, arguments):
+            told = tuple([k if type(a) is Thunk else a for a, k in zip(arguments, keys, strict=True)])
+        reference = Reference.fresh((self, captured, told), Use(self, key, base, arguments, body))
+        entry = self.entries[key] = Entry(reference, self._forget)
+        entry.key = key
+        return reference
+
+    def _forget(self, entry: Entry) -> None:
+        """Drop the entry of a reference that nobody has any more, unless another has taken its place."""
+        if self.entries.get(entry.key) is entry:
+            del self.entries[entry.key]
 
     def unfold(self, use: Use, text: Callable[[], str], env: Env) -> Process:
         """The term of a reference: its body, which the use keeps, and while that is a reference, that one's term."""
-        key = use.key
+        key = (self, use.key)
         unfolding = self.evaluator.unfolding
         if key in unfolding:
             names = [name() for name in list(unfolding.values())[list(unfolding).index(key) :]]
@@ -348,6 +400,17 @@ class Use(Definition):
         if term is None:
             term = self.routine.enter_process(self.base + self.routine.prepared(self.arguments))
         return term.variables if type(term) is Reference else {}
+
+    def menu(self) -> Menu | None:
+        """What the process offers, as long as its term has not been made."""
+        routine = self.routine
+        if routine.enter_menu is None or self.body is not None:
+            return None
+        return routine.evaluator.run(self._menu)
+
+    def _menu(self) -> Menu | None:
+        enter = self.routine.enter_menu
+        return None if enter is None else enter(self.base + self.arguments)
 
     def evaluate(self) -> Process:
         """The term of the body."""

@@ -9,13 +9,21 @@ from __future__ import annotations
 from dataclasses import MISSING, fields
 from functools import cache
 from typing import Any, ClassVar
-from weakref import KeyedRef
+from weakref import ref
+
+
+class Entry(ref[Any]):
+    """A weak reference that knows where it is kept; a third of the price of ``weakref.KeyedRef``."""
+
+    __slots__ = ("key",)
+
+    key: Any
 
 
 class HashConsed(type):
     """Calling a class with the operands of an existing term gives that term; those left out have their defaults."""
 
-    _terms: ClassVar[dict[tuple[Any, ...], KeyedRef[tuple[Any, ...], Any]]] = {}
+    _terms: ClassVar[dict[tuple[Any, ...], Entry]] = {}
 
     def __call__(cls, *operands: Any) -> Any:
         """The one term with these operands."""
@@ -30,7 +38,8 @@ class HashConsed(type):
         if defaults is not None:
             return cls(*operands, *defaults)  # only the term with all its operands is kept
         term = super().__call__(*operands)
-        HashConsed._terms[key] = KeyedRef(term, _forget, key)
+        HashConsed._terms[key] = entry = Entry(term, _forget)
+        entry.key = key
         return term
 
 
@@ -48,7 +57,7 @@ def _defaults(cls: type[Any]) -> dict[int, tuple[Any, ...]]:
     return found
 
 
-def _forget(reference: KeyedRef[tuple[Any, ...], Any], _terms: dict[Any, Any] = HashConsed._terms) -> None:
+def _forget(reference: Entry, _terms: dict[Any, Any] = HashConsed._terms) -> None:
     """Drop the entry of a term that nobody has any more, unless an equal one has taken its place."""
     if _terms.get(reference.key) is reference:
         del _terms[reference.key]

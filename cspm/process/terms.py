@@ -13,13 +13,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Literal, Protocol, TypeAlias
+from typing import Any, ClassVar, Literal, Protocol, TypeAlias
 
 from cspcheck.cspm.process.events import EventSet
 from cspcheck.cspm.process.hash_consing import HashConsed
 from cspcheck.cspm.source import Span
 
 Operands: TypeAlias = "tuple[Process, ...]"
+Menu: TypeAlias = tuple[Any, ...]
+"""What a choice between prefixes offers: for each operand its (event, process) pairs, or a menu inside. Never empty."""
 
 
 @dataclass(frozen=True, eq=False, slots=True, weakref_slot=True)
@@ -486,35 +488,40 @@ class Reference(Process):
 
     has_active: ClassVar[bool] = True
     key: Hashable
+    _definition: Definition
+    _body: Process | None
 
     def __init__(self, key: Hashable, definition: Definition) -> None:
         object.__setattr__(self, "key", key)
         object.__setattr__(self, "_definition", definition)
         object.__setattr__(self, "_body", None)
 
+    @classmethod
+    def fresh(cls, key: Hashable, definition: Definition) -> Reference:
+        """A reference of which the caller knows that there is none with this key: who makes all of them sees to it."""
+        reference = cls.__new__(cls)
+        cls.__init__(reference, key, definition)
+        return reference
+
     @property
     def text(self) -> str:
         """The name with its arguments, as a person would write it."""
-        definition: Definition = object.__getattribute__(self, "_definition")
-        return definition.text
+        return self._definition.text
 
     @property
     def name(self) -> str:
         """The name of what the reference is a state of."""
-        definition: Definition = object.__getattribute__(self, "_definition")
-        return definition.name
+        return self._definition.name
 
     @property
     def variables(self) -> Mapping[str, str]:
         """The variables of the state that the reference is."""
-        definition: Definition = object.__getattribute__(self, "_definition")
-        return definition.variables
+        return self._definition.variables
 
     @property
     def span(self) -> Span | None:
         """Where the name is defined."""
-        definition: Definition = object.__getattribute__(self, "_definition")
-        return definition.span
+        return self._definition.span
 
     def body(self) -> Process:
         """The term that the name stands for; never a reference again if the evaluator made this one.
@@ -522,12 +529,18 @@ class Reference(Process):
         Raises:
             ScriptError: the definition cannot be evaluated.
         """
-        body: Process | None = object.__getattribute__(self, "_body")
+        body = self._body
         if body is None:
-            definition: Definition = object.__getattribute__(self, "_definition")
-            body = definition.evaluate()
+            body = self._definition.evaluate()
             object.__setattr__(self, "_body", body)
         return body
+
+    def menu(self) -> Menu | None:
+        """The menu of what the name stands for, if it offers events and nothing else; None where that is not known.
+
+        The same as that of its head normal form, without a term being made.
+        """
+        return self._definition.menu() if self._body is None else None
 
     def active(self) -> Operands:
         """The body."""
@@ -554,6 +567,10 @@ class Definition:
     def evaluate(self) -> Process:
         """The term that a reference of this definition stands for."""
         return self._evaluate()
+
+    def menu(self) -> Menu | None:
+        """What the process offers, if that is known without its term."""
+        return None
 
     @property
     def text(self) -> str:

@@ -16,7 +16,7 @@ from cspcheck.cspm.process import events
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.values import messages as messages
 from cspcheck.cspm.values.failure import Failure
-from cspcheck.cspm.values.values import deep
+from cspcheck.cspm.values.values import ATOMS, deep
 
 if TYPE_CHECKING:
     from cspcheck.cspm.values.sets import Set
@@ -102,7 +102,7 @@ class Constructor(Head):
 class ChannelHead(Head):
     """A channel; declared in the event table when first needed, at the latest in its turn."""
 
-    __slots__ = ("_declared", "channels")
+    __slots__ = ("_declared", "channels", "numbers")
 
     def __init__(
         self, name: str, span: Span | None, evaluate: Callable[[], tuple[Set, ...]] | None, channels: Channels
@@ -110,6 +110,8 @@ class ChannelHead(Head):
         super().__init__(name, span, evaluate)
         self.channels = channels
         self._declared: events.Channel | None = None
+        self.numbers: dict[tuple[Any, ...], int] = {}
+        """Of events made so far from plain fields, by these."""
 
     @property
     def declared(self) -> events.Channel:
@@ -292,6 +294,11 @@ def absorb(value: Dotted, part: Any) -> Any:
     fields = value.fields
     if fields and is_incomplete(fields[-1]):
         fields = (*fields[:-1], absorb(fields[-1], part))
+    elif type(part) in ATOMS:
+        fields = (*fields, part)
+        found = value.head.known.get(fields)
+        if found is not None:
+            return found
     else:
         fields = (*fields, deep(part))
     return _with_fields(value.head, fields)

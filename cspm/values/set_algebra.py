@@ -219,6 +219,8 @@ def difference(left: Set, right: Set) -> Set:
         return EventsSet.of(left.events - right.events, left.channels)
     if type(left) is FiniteSet and type(right) is FiniteSet:
         return _plain(left.items - right.items)
+    if type(left) is Range and type(right) is FiniteSet and not left.exceeds(CANONICAL):
+        return _plain(left.finite().items - right.items)
     if left.is_finite():
         return set_of([item for item in left.finite().listed() if not right.contains(item)])
     if right.is_finite() and not any(left.contains(item) for item in right.finite().listed()):

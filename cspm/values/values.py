@@ -98,7 +98,7 @@ class Sequence:
     follows them; None if there is none.
     """
 
-    __slots__ = ("_deep", "_end", "_endless", "_hash", "_items", "_rest")
+    __slots__ = ("_deep", "_end", "_endless", "_hash", "_items", "_native", "_rest")
 
     _items: list[Any]
     _end: int
@@ -111,6 +111,7 @@ class Sequence:
         self._endless = endless
         self._deep = False
         self._hash: int | None = None
+        self._native: tuple[Any, ...] | None = None
 
     @classmethod
     def of(cls, items: Iterable[Any]) -> Sequence:
@@ -272,12 +273,23 @@ class Sequence:
         if not self._deep:
             self.forced()
             items = self._items
-            for i in range(self._end):
-                item = items[i]
-                if type(item) is not int:
-                    items[i] = deep(item, level)
+            # Mostly there is nothing to evaluate, which Python itself finds out faster.
+            if not ATOMS.issuperset(map(type, items[: self._end])):
+                for i in range(self._end):
+                    item = items[i]
+                    if type(item) is not int:
+                        items[i] = deep(item, level)
             self._deep = True
         return self
+
+    @property
+    def native(self) -> tuple[Any, ...]:
+        """What Python itself compares and hashes as it does this sequence: its class and its elements, evaluated."""
+        if self._native is None:
+            if not self._deep:
+                self.deep(1)
+            self._native = (Sequence, *self._items[: self._end])
+        return self._native
 
     def _evaluated(self) -> list[Any]:
         if not self._deep:
@@ -354,12 +366,20 @@ def string(text: str) -> Sequence:
 class Map:
     """A finite map; keys are evaluated through and through, values may be thunks."""
 
-    __slots__ = ("_deep", "_hash", "entries")
+    __slots__ = ("_deep", "_hash", "_native", "entries")
 
     def __init__(self, entries: dict[Any, Any]) -> None:
         self.entries = entries
         self._deep = False
         self._hash: int | None = None
+        self._native: tuple[Any, ...] | None = None
+
+    @property
+    def native(self) -> tuple[Any, ...]:
+        """What Python itself compares and hashes as it does this map: its class and its entries, evaluated."""
+        if self._native is None:
+            self._native = (Map, frozenset(deep(self).entries.items()))
+        return self._native
 
     def deep(self, level: int) -> Map:
         """This map with all values evaluated through and through."""
