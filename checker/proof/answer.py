@@ -18,7 +18,7 @@ from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.oz import core, laws, syntax
 from cspcheck.cspm.oz.processes import classes
 from cspcheck.cspm.oz.typing.messages import unknown_class, unknown_lemma
-from cspcheck.cspm.source import Span
+from cspcheck.cspm.source import Source, Span
 from cspcheck.cspm.spelling import suggestions
 from cspcheck.cspm.syntax.tree import Assertion, NotAssertion
 
@@ -136,6 +136,11 @@ def class_of(specification: core.Specification, name: str, span: Span | None) ->
     return model
 
 
+def lemmas_alone() -> core.ClassModel:
+    """A class without anything, for the lemmas of a script that has no class."""
+    return core.ClassModel(name="lemmas", span=Source("", "").span(0, 0))
+
+
 def operation_of(model: core.ClassModel, name: str, span: Span | None) -> core.Operation:
     """An operation of a class by the name of its channel, or of one of its schemas.
 
@@ -204,6 +209,7 @@ def outcome(findings: Sequence[Finding], *, named: bool, seconds: float) -> Outc
     remarks = tuple(
         said(f) for f in findings if (f not in counting and f.status == "refuted" and f.severity != "info") or f.vacuous
     )
+    remarks += _of_lemmas(findings)
     if refuted:
         verdict, reason, counterexample = Verdict.FAIL, None, broken(refuted)
     else:
@@ -212,6 +218,15 @@ def outcome(findings: Sequence[Finding], *, named: bool, seconds: float) -> Outc
         verdict = Verdict.UNKNOWN if open_ else Verdict.PASS
         reason = _open(open_) if open_ else None
     return Outcome(verdict, reason, 0, 0, seconds, 0, counterexample, remarks)
+
+
+def _of_lemmas(findings: Sequence[Finding]) -> tuple[str, ...]:
+    """What lemmas the proofs needed, and which they were to use and could not."""
+    used = dict.fromkeys(name for finding in findings for name in finding.hypotheses)
+    missing = dict.fromkeys(name for finding in findings for name in finding.missing)
+    told = [f"proved with {', '.join(f'`{name}`' for name in used)}"] if used else []
+    told += [f"`{name}` is not proved, and was not used" for name in missing]
+    return tuple(told)
 
 
 def _open(findings: Sequence[Finding]) -> str:

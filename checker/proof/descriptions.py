@@ -73,6 +73,7 @@ def extremes_exist(term: Term) -> Iterator[Term]:
             and len(inner.binders) == 1
             and inner.binders[0].carrier == best.carrier
             and not any(role == "bound" for _, role in variables(best.carrier))
+            and _orders(inner, best)
         ):
             set_type = best.carrier.type
             finite = Apply(type=core.SetType(set_type), operator="finset1", operands=(universe(best.type),))
@@ -80,3 +81,11 @@ def extremes_exist(term: Term) -> Iterator[Term]:
             yield implication(member(best.carrier, finite), alone)
     for part in core.parts(term):
         yield from extremes_exist(part)
+
+
+def _orders(inner: core.Quantifier, best: core.Binder) -> bool:
+    """Whether ``forall y : S @ x <= y`` (or ``y <= x``) is all that is said of the extreme x of S."""
+    if inner.condition != TRUE or not (isinstance(inner.body, Apply) and inner.body.operator == "at_most"):
+        return False
+    names = [operand.name for operand in inner.body.operands if isinstance(operand, core.Variable)]
+    return sorted(names) == sorted([best.name, inner.binders[0].name])

@@ -404,9 +404,13 @@ def finite(e: Encoder, term: Term) -> Expr:
             e.fact(opaque == both)
             return both
         case Apply(operator="inter", operands=operands):
-            e.fact(z3.Implies(e.any(finite(e, operand) for operand in operands), opaque))
+            reason = e.any(finite(e, operand) for operand in operands)
+            e.fact(z3.Implies(reason, opaque))
+            return z3.Or(reason, opaque)  # what is a fact is not told of bound variables
         case Apply(operator="diff", operands=(base, _)):
-            e.fact(z3.Implies(finite(e, base), opaque))
+            reason = finite(e, base)
+            e.fact(z3.Implies(reason, opaque))
+            return z3.Or(reason, opaque)
         case Apply(operator="dom" | "ran" | "image" | "function_to_relation" as operator, operands=(inner, *_)):
             reason = encode_functions.finite(e, inner)
             same = operator in ("dom", "function_to_relation") and encode_functions.is_function(inner)

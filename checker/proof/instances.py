@@ -82,6 +82,9 @@ def matches(
                     yield whole
                     if len(found) >= MOST_INSTANCES:
                         return
+    if guess and not givens and len(unknowns) == 1:
+        likely = [term for term in terms if isinstance(term, Variable)] if found else terms
+        yield from islice(_completed(matcher, unknowns, likely, Match()), MOST_INSTANCES)
 
 
 def _joined(matcher: _Matcher, group: Sequence[Term], terms: Sequence[Term], match: Match) -> Iterator[Match]:

@@ -8,7 +8,7 @@ these must be defined everywhere, because what a lemma says it says of values.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 from cspcheck.checker.proof.definedness import Definedness
@@ -27,6 +27,7 @@ from cspcheck.checker.proof.terms import (
     implication,
     is_true,
     member,
+    negation,
     primed,
     quantified,
     substitute,
@@ -189,6 +190,9 @@ def rules_of(part: Part) -> list[Rule]:
             assumed, said, named_ = opened(part.term)
             premises = tuple(p.term for p in assumed if not is_true(simplified(p.term)))
             return [Rule(part.what, part.span, tuple(named_.values()), premises, said)]
+        case core.Apply(operator="not", operands=(core.Quantifier(kind="exists") as inner,)):
+            never = replace(inner, kind="forall", body=negation(inner.body))
+            return rules_of(replace(part, term=never))
         case core.Apply(operator="in", operands=(function, core.Apply(operator=kind, operands=(domain, range_)))):
             if kind not in _FUNCTIONS or not isinstance(function, core.Variable):
                 return []

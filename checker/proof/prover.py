@@ -27,6 +27,7 @@ from cspcheck.checker.proof.lemmas import (
     whole,
 )
 from cspcheck.checker.proof.normal import normal
+from cspcheck.checker.proof.prepared import lifted, prepared
 from cspcheck.checker.proof.question import (
     Answer,
     Found,
@@ -130,7 +131,7 @@ class Prover:
             found = self._in_scopes(whole, variables, _SEARCH)
             if found is not None:
                 return found
-            answer = self._by_cases(whole, variables) or answer
+            answer = self._by_cases(whole, variables) or (self._in_plain_words(whole) if first else None) or answer
         if first and isinstance(answer, NotUpTo | Unanswered) and self._with_what_there_is(parts, 2):
             return Impossible()
         return answer
@@ -215,7 +216,7 @@ class Prover:
         helping = rules(claims, self.solver.definedness)
         spoken = [rule.part(rule.body) for rule in helping]
         known = self.situation.with_constants((*parts, *spoken))[: -len(spoken) or None]
-        total = [replace(p, term=normal(p.term), total=True) for p in self._total(known)]
+        total = [replace(part, term=normal(part.term), total=True) for part in self._total(known)]
         plain: list[Part] = []
         quantified: list[Rule] = []
         for part in total:
@@ -279,6 +280,18 @@ class Prover:
             if not isinstance(answer, Impossible):
                 return None
         return Impossible() if split else None
+
+    def _in_plain_words(self, parts: tuple[Part, ...]) -> Impossible | None:
+        """Whether nothing satisfies the parts: each case with its quantifiers opened and its equations worked out."""
+        total = tuple(replace(part, term=lifted(part.term)) for part in self._total(parts))
+        for case in cases(total, lambda term: True) or [total]:
+            # A part of a case is defined everywhere, as the whole is.
+            plain = prepared(replace(part, total=True) for part in case)
+            known = [rule for part in plain for rule in rules_of(part)]
+            plain = (*plain, *instances(known, plain, self.solver.definedness))
+            if self._late() or not isinstance(self.solver.ask(Question(plain, proof=0.3)), Impossible):
+                return None
+        return Impossible()
 
     def _late(self) -> bool:
         deadline = self.solver.settings.deadline

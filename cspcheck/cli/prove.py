@@ -87,9 +87,14 @@ def command(**options: Any) -> None:
 
 def _classes(specification: core.Specification, options: dict[str, Any]) -> Iterator[core.ClassModel]:
     """The classes that are meant."""
-    from cspcheck.checker.proof.answer import class_of, operation_of
+    from cspcheck.checker.proof.answer import class_of, lemmas_alone, operation_of
 
     owner = options["owner"]
+    if options["obligation"] == "lemma" or not (owner or specification.classes):
+        yield from [class_of(specification, owner, None)] if owner else specification.classes.values()
+        if specification.lemmas and not (owner or specification.classes):
+            yield lemmas_alone()
+        return
     wanted = options["operation"] or options["precondition"]
     models = [class_of(specification, owner, None)] if owner else list(specification.classes.values())
     if wanted and not owner:
@@ -123,7 +128,9 @@ def _findings(script: Script, options: dict[str, Any], settings: Any) -> Iterato
         return
     names = obligation_names(options["obligation"], None)
     for model in _classes(specification, options):
-        operation = operation_of(model, options["operation"], None).name if options["operation"] else None
+        operation = options["operation"]
+        if operation and options["obligation"] != "lemma":
+            operation = operation_of(model, operation, None).name
         yield from discharge(Prover(specification, model, settings), names, operation)
     if not (options["owner"] or options["operation"] or options["obligation"]):
         for assertion in script.assertions:

@@ -9,6 +9,7 @@ from itertools import product
 import pytest
 
 from cspcheck.checker.proof.finding import Finding
+from cspcheck.checker.proof.induction import opened
 from cspcheck.checker.proof.obligations import discharge
 from cspcheck.checker.proof.question import Found, Help, Impossible
 from tests.checker.proof.classes import findings, prover
@@ -171,6 +172,36 @@ class TestInduction:
 
         assert isinstance(asked.refutes(asked.situation.state(), asked.situation.invariant()[0].term), Impossible)
 
+    @pytest.mark.parametrize(
+        ("effect", "proved"),
+        [
+            ("#(owner |> {r?}) < 3; owner' = owner (+) {b? |-> r?}", True),
+            ("#(owner |> {r?}) <= 3; owner' = owner (+) {b? |-> r?}", False),
+            ("if #(owner |> {r?}) < 3 then owner' = owner (+) {b? |-> r?} else owner' = owner", True),
+        ],
+    )
+    def test_no_reader_has_more_than_three(self, effect: str, proved: bool) -> None:
+        lines = "\n".join(f"    {line.strip()}" for line in effect.split(";"))
+        text = f"""
+given BOOK, READER
+class Library
+  chan lend : [b? : BOOK; r? : READER]
+  state owner : BOOK -||-> READER
+  where forall r : READER @ #(owner |> {{r}}) <= 3
+  init owner = {{}}
+  op lend
+    Delta(owner)
+    b? : BOOK
+    r? : READER
+  where
+    b? notin dom owner
+{lines}
+end
+"""
+        (found,) = findings(text, "invariant preserved")
+
+        assert (found.status == "proved") == proved
+
 
 class TestRecursion:
     @pytest.mark.parametrize(
@@ -259,3 +290,69 @@ def test_what_is_proved_holds_of_all_small_values(seed: int) -> None:
             assert not holds, lemmas
         decided += isinstance(answer, Impossible | Found)
     assert decided > 2
+
+
+Values = dict[str, int]
+
+
+def _number(rng: random.Random, names: list[str]) -> tuple[str, Callable[[Values], int]]:
+    name = rng.choice(names)
+    return rng.choice([(name, lambda v: v[name]), (f"{name} + 1", lambda v: v[name] + 1), ("1", lambda v: 1)])
+
+
+def _formula(rng: random.Random, depth: int, names: list[str]) -> tuple[str, Callable[[Values], bool]]:
+    """A predicate over numbers from 0 to 2 with quantifiers, choices and conditionals, and what it means."""
+    if depth == 0:
+        (left, one), (right, other) = _number(rng, names), _number(rng, names)
+        return rng.choice(
+            [
+                (f"{left} = {right}", lambda v: one(v) == other(v)),
+                (f"{left} <= {right}", lambda v: one(v) <= other(v)),
+            ]
+        )
+    if rng.random() < 0.5:
+        bound = f"q{len(names)}"
+        inner, meaning = _formula(rng, depth - 1, [*names, bound])
+        return rng.choice(
+            [
+                (f"(exists {bound} : 0..2 @ {inner})", lambda v: any(meaning({**v, bound: x}) for x in range(3))),
+                (f"(forall {bound} : 0..2 @ {inner})", lambda v: all(meaning({**v, bound: x}) for x in range(3))),
+            ]
+        )
+    (left_, yes), (right_, no) = _formula(rng, depth - 1, names), _formula(rng, depth - 1, names)
+    (test, holds) = _formula(rng, 0, names)
+    return rng.choice(
+        [
+            (f"({left_} or {right_})", lambda v: yes(v) or no(v)),
+            (f"({left_} and {right_})", lambda v: yes(v) and no(v)),
+            (f"({left_} => {right_})", lambda v: not yes(v) or no(v)),
+            (f"(not {left_})", lambda v: not yes(v)),
+            (f"(if {test} then {left_} else {right_})", lambda v: yes(v) if holds(v) else no(v)),
+        ]
+    )
+
+
+def test_that_some_value_is_like_all_is_no_extreme() -> None:
+    asked = prover("lemma l : forall n : 0..2 @ exists x : 0..2 @ forall y : 0..2 @ n + 1 = y + 1\nclass C\nend")
+    claim = asked.claim("l")
+    assert claim is not None
+
+    assert isinstance(asked.lemma(claim), Found)
+
+
+@pytest.mark.parametrize("seed", [7])
+def test_a_question_in_plain_words_is_the_same_question(seed: int) -> None:
+    rng = random.Random(seed)
+    formulas = [_formula(rng, 3, ["n", "m"]) for _ in range(60)]
+    lemmas = [f"lemma l{i} : forall n, m : 0..2 @ {said}" for i, (said, _) in enumerate(formulas)]
+    asked = prover("\n".join(lemmas) + "\nclass C\nend", seconds=2.0)
+    proved = 0
+    for i, (said, meaning) in enumerate(formulas):
+        claim = asked.claim(f"l{i}")
+        assert claim is not None
+        assumed, body, _ = opened(claim.lemma.term)
+        answer = asked._in_plain_words((*assumed, asked.fails(body)))
+        holds = all(meaning({"n": n, "m": m}) for n in range(3) for m in range(3))
+        assert isinstance(answer, Impossible) == holds, said
+        proved += holds
+    assert 5 < proved < 55
