@@ -26,7 +26,7 @@ from cspcheck.checker.network.actions import (
     renamed,
     together,
 )
-from cspcheck.checker.network.boundaries import FIRST_PRIVATE_LABEL, BoundedMachines, Entry
+from cspcheck.checker.network.bounded_machines import FIRST_PRIVATE_LABEL, BoundedMachines, Entry
 from cspcheck.checker.network.components import ComponentMachines, Interrupting, Joined
 from cspcheck.checker.network.endings import Endings
 from cspcheck.checker.network.shapes import (

@@ -5,8 +5,8 @@ an undefined part of it might be has that value, whichever way round it is writt
 a predicate into one that is defined everywhere and true exactly where the given one is defined and true; formulas are
 made from that.
 
-That every application is defined is an obligation of its own, for each :class:`ConditionalTerm` under what is known where
-it stands. A condition is a core term, so that it can be proved, evaluated and shown like any other.
+That every application is defined is an obligation of its own, for each :class:`ConditionalTerm` under what is known
+where it stands. A condition is a core term, so that it can be proved, evaluated and shown like any other.
 """
 
 from __future__ import annotations

@@ -6,9 +6,9 @@
 >>> evaluator.enumerate(carrier)                         # all values of a set, by the finite readings if it is wide
 >>> evaluator.contains(carrier, value)                   # whether the set, not its reading, has a value
 
-Whoever evaluates often makes a :class:`FrameScope`, compiles once (:meth:`TermEvaluator.code`, :meth:`TermEvaluator.predicate`)
-and fills frames. Logic is that of Kleene: a predicate that has a truth value whatever an undefined part of it might
-be has that truth value, whichever way round it is written; otherwise
+Whoever evaluates often makes a :class:`FrameScope`, compiles once (:meth:`TermEvaluator.code`,
+:meth:`TermEvaluator.predicate`) and fills frames. Logic is that of Kleene: a predicate that has a truth value whatever an
+undefined part of it might be has that truth value, whichever way round it is written; otherwise
 :class:`~cspcheck.cspm.oz.values.carriers.Undefined` is raised, and never is a wrong value given.
 """
 
