@@ -298,10 +298,10 @@ class Script:
         from cspcheck.checker.proof.answer import obligation_names, specification_of
         from cspcheck.checker.proof.obligations import discharge
         from cspcheck.checker.proof.prover import Prover
-        from cspcheck.checker.proof.question import Settings
+        from cspcheck.checker.proof.question import SolverSettings
 
         specification = specification_of(self._script)
-        settings = Settings(seconds=seconds)
+        settings = SolverSettings(seconds=seconds)
         return [
             finding
             for model in specification.classes.values()

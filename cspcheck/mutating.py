@@ -15,7 +15,7 @@ from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.parsing.reading import parse
 from cspcheck.equivalence import MOST_STATES, Version, equivalent, subjects
 from cspcheck.mutation import Change, Reach, mutants
-from cspcheck.selection import Pattern, select
+from cspcheck.selection import AssertionPattern, select
 
 if TYPE_CHECKING:
     from cspcheck.cspm.script import Assertion, Script
@@ -46,7 +46,7 @@ class Mutant:
     by: str | None = None
 
 
-class Nothing(Exception):
+class NothingToNotice(Exception):
     """There is no assertion to notice anything; or none of those meant is decided."""
 
 
@@ -62,7 +62,7 @@ class _Judge:
         path: str,
         settings: checking.Settings,
         lines: frozenset[int] | None,
-        patterns: Sequence[Pattern],
+        patterns: Sequence[AssertionPattern],
         watch: checking.Watch,
     ) -> None:
         self.tree = parse(checking.read(path))
@@ -189,7 +189,7 @@ class Mutation:
         paths: Sequence[tuple[str, frozenset[int] | None]],
         settings: checking.Settings,
         *,
-        patterns: Sequence[Pattern] = (),
+        patterns: Sequence[AssertionPattern] = (),
         kinds: Sequence[str] = (),
         system: bool = False,
         watch: checking.Watch | None = None,
@@ -199,7 +199,7 @@ class Mutation:
         self._system = system
         self._judges = [_Judge(path, settings, lines, patterns, self._watch) for path, lines in paths]
         if not any(judge.verdicts for judge in self._judges):
-            raise Nothing
+            raise NothingToNotice
 
     def changes(self) -> list[Trial]:
         """The mutants to be tried, in the order of the texts."""

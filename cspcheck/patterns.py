@@ -28,14 +28,14 @@ from typing import Any
 
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.messages import cannot_read, wrong_pattern, wrong_record
-from cspcheck.runs import Recorded
+from cspcheck.runs import RecordedEvent
 
 _FIELD = re.compile(r"\{([A-Za-z_][\w.]*)\}")
 FORMATS = ("log", "csv", "json")
 
 
 @dataclass(frozen=True, slots=True)
-class Rule:
+class LineRule:
     """Which lines are an event, and which event they are."""
 
     event: str
@@ -44,16 +44,16 @@ class Rule:
 
 
 @dataclass(frozen=True, slots=True)
-class Pattern:
+class PatternFile:
     """What a pattern file says."""
 
     name: str
     format: str
-    rules: tuple[Rule, ...]
+    rules: tuple[LineRule, ...]
     values: Mapping[str, str]
     time: str | None
 
-    def records(self, lines: Iterable[str], name: str) -> Iterator[tuple[int, Recorded]]:
+    def records(self, lines: Iterable[str], name: str) -> Iterator[tuple[int, RecordedEvent]]:
         """The events in the lines of a file, with the numbers of their lines.
 
         Raises:
@@ -68,7 +68,7 @@ class Pattern:
                         continue
                     found.update({key: value for key, value in match.groupdict().items() if value is not None})
                 if all(key in found and test.fullmatch(found[key]) for key, test in rule.when.items()):
-                    yield number, Recorded(self._event(rule, found, name, number), False, self._time(found), None)
+                    yield number, RecordedEvent(self._event(rule, found, name, number), False, self._time(found), None)
                     break
 
     def _rows(self, lines: Iterable[str], name: str) -> Iterator[tuple[int, str, dict[str, str]]]:
@@ -90,7 +90,7 @@ class Pattern:
                 raise ScriptError(wrong_record(name, number, "it is no JSON")) from None
             yield number, line, dict(_flat(found, ""))
 
-    def _event(self, rule: Rule, fields: Mapping[str, str], name: str, number: int) -> str:
+    def _event(self, rule: LineRule, fields: Mapping[str, str], name: str, number: int) -> str:
         def value(match: re.Match[str]) -> str:
             if match[1] not in fields:
                 raise ScriptError(wrong_record(name, number, f"`{rule.event}` needs a field `{match[1]}`"))
@@ -117,7 +117,7 @@ def _flat(value: Any, prefix: str) -> Iterator[tuple[str, str]]:
         yield prefix, str(value)
 
 
-def read_pattern(path: str) -> Pattern:
+def read_pattern(path: str) -> PatternFile:
     """The pattern file of this name.
 
     Raises:
@@ -142,10 +142,10 @@ def read_pattern(path: str) -> Pattern:
     time = found.get("time")
     rules = tuple(_rule(path, row) for row in rows)
     renamed = {str(key): str(value) for key, value in values.items()}
-    return Pattern(path, form, rules, renamed, None if time is None else str(time))
+    return PatternFile(path, form, rules, renamed, None if time is None else str(time))
 
 
-def _rule(path: str, row: Any) -> Rule:
+def _rule(path: str, row: Any) -> LineRule:
     if not isinstance(row, dict) or not isinstance(row.get("event"), str):
         raise ScriptError(wrong_pattern(path, "an `[[event]]` has no text `event`"))
     when = row.get("when", {})
@@ -156,4 +156,4 @@ def _rule(path: str, row: Any) -> Rule:
         tests = {str(key): re.compile(str(test)) for key, test in when.items()}
     except re.error as error:
         raise ScriptError(wrong_pattern(path, f"{error.pattern!r} is no regular expression: {error.msg}")) from None
-    return Rule(row["event"], match, tests)
+    return LineRule(row["event"], match, tests)

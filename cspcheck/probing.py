@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from cspcheck.checker.explain.blocked_terms import waiting
-from cspcheck.checker.explain.running import Component, Performed, Runner, Running, distinct_names
+from cspcheck.checker.explain.running import Performed, Runner, Running, RunningComponent, distinct_names
 from cspcheck.cspm.process.events import TAU, TICK, EventTable
 from cspcheck.cspm.process.terms import Process, Terminated
 
@@ -186,7 +186,7 @@ class Probe:
         """What happened so far."""
         return [point.performed for point in self.way if point.performed is not None]
 
-    def components(self) -> list[tuple[str, Component, Process]]:
+    def components(self) -> list[tuple[str, RunningComponent, Process]]:
         """Names, components and states; equal names are numbered."""
         return _named(self.here)
 
@@ -201,11 +201,11 @@ class Probe:
             for point in self.way
         ]
 
-    def waiting(self) -> dict[Component, list[Component]]:
+    def waiting(self) -> dict[RunningComponent, list[RunningComponent]]:
         """Who waits for whom."""
         return waiting(self._runner.semantics, self.here)
 
-    def surely_waiting(self) -> dict[Component, list[Component]]:
+    def surely_waiting(self) -> dict[RunningComponent, list[RunningComponent]]:
         """Who waits for whom, without those of whom it may be another one."""
         return waiting(self._runner.semantics, self.here, sure=True)
 
@@ -215,7 +215,7 @@ class Probe:
         return isinstance(self.here.state, Terminated)
 
 
-def _named(running: Running) -> list[tuple[str, Component, Process]]:
+def _named(running: Running) -> list[tuple[str, RunningComponent, Process]]:
     found = running.components()
     names = distinct_names(component.name for component, _ in found)
     return [(name, component, state) for name, (component, state) in zip(names, found, strict=True)]

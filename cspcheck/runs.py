@@ -13,7 +13,7 @@ from cspcheck.messages import wrong_record
 
 
 @dataclass(frozen=True, slots=True)
-class Recorded:
+class RecordedEvent:
     """An event of a recorded run; ``time`` and ``tasks`` are None where the record does not say."""
 
     event: str
@@ -25,7 +25,7 @@ class Recorded:
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class RunVerdict:
     """What following a run came to.
 
     ``departure`` is None if it is a trace; ``line`` is that of the departure in the file; ``events`` counts all events
@@ -34,12 +34,12 @@ class Verdict:
 
     departure: Departure | None
     line: int | None
-    record: Recorded | None
+    record: RecordedEvent | None
     events: int
     followed: int
 
 
-def read_records(lines: Iterable[str], name: str) -> Iterator[tuple[int, Recorded]]:
+def read_records(lines: Iterable[str], name: str) -> Iterator[tuple[int, RecordedEvent]]:
     """The records in the lines of a file, with the numbers of their lines. Empty lines do not count.
 
     Raises:
@@ -53,13 +53,13 @@ def read_records(lines: Iterable[str], name: str) -> Iterator[tuple[int, Recorde
         except (ValueError, RecursionError):
             raise ScriptError(wrong_record(name, number, "it is no JSON")) from None
         if isinstance(found, str):
-            yield number, Recorded(found, False, None, None)
+            yield number, RecordedEvent(found, False, None, None)
         elif isinstance(found, dict) and isinstance(found.get("event"), str):
             tasks = found.get("tasks")
             time = found.get("time")
             yield (
                 number,
-                Recorded(
+                RecordedEvent(
                     found["event"],
                     bool(found.get("hidden", False)),
                     _seconds(time),
@@ -82,7 +82,7 @@ def _seconds(time: object) -> float | None:
         return None
 
 
-def follow(follower: Follower, records: Iterable[tuple[int, Recorded]]) -> Verdict:
+def follow(follower: Follower, records: Iterable[tuple[int, RecordedEvent]]) -> RunVerdict:
     """Follow a run to its end, or to where it leaves the process.
 
     Events that were hidden when they were recorded are left out, unless the follower follows those too.
@@ -92,6 +92,6 @@ def follow(follower: Follower, records: Iterable[tuple[int, Recorded]]) -> Verdi
         if follower.follows(record.event, record.hidden, record.inner):
             departure = follower.step(record.event, terminated=record.terminated)
             if departure is not None:
-                return Verdict(at(departure, count), line, record, count, follower.followed)
+                return RunVerdict(at(departure, count), line, record, count, follower.followed)
         count += 1
-    return Verdict(None, None, None, count, follower.followed)
+    return RunVerdict(None, None, None, count, follower.followed)

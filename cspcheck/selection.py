@@ -127,7 +127,7 @@ def included_files(script: str) -> list[str]:
 
 
 @dataclass(frozen=True, slots=True)
-class Pattern:
+class AssertionPattern:
     """A pattern for the text of assertions.
 
     It matches where it occurs in the text. ``*`` stands for any characters; blanks do not count, so that
@@ -143,7 +143,7 @@ class Pattern:
 
 
 def select(
-    assertions: Sequence[Assertion], lines: frozenset[int] | None, patterns: Sequence[Pattern]
+    assertions: Sequence[Assertion], lines: frozenset[int] | None, patterns: Sequence[AssertionPattern]
 ) -> list[Assertion]:
     """The assertions that stand on one of *lines* (all for None) and match one of *patterns* (all for none)."""
     return [

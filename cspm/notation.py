@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from cspcheck.cspm.printing.patterns import Printing
     from cspcheck.cspm.source import Source, Span
     from cspcheck.cspm.syntax import tree as syntax
-    from cspcheck.cspm.typing.inference.context import Context
+    from cspcheck.cspm.typing.inference.context import InferenceContext
     from cspcheck.cspm.typing.types import Type
 
 
@@ -141,7 +141,7 @@ class Extension:
         """
         raise NotImplementedError
 
-    def foreign_type(self, context: Context, node: syntax.Foreign) -> Type:
+    def foreign_type(self, context: InferenceContext, node: syntax.Foreign) -> Type:
         """The type of an expression that stands for a part of a paragraph.
 
         Raises:

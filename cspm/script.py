@@ -17,7 +17,7 @@ from cspcheck.cspm.diagnostics import Diagnostic, ScriptError, Severity
 from cspcheck.cspm.evaluator import Evaluator
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.evaluator.recording import RecordingEvaluator
-from cspcheck.cspm.evaluator.units import Declarations
+from cspcheck.cspm.evaluator.units import UnitDeclarations
 from cspcheck.cspm.expectations import Expectations, Expected
 from cspcheck.cspm.naming import messages as name_messages
 from cspcheck.cspm.naming.resolve import Names, resolve, resolve_more
@@ -113,12 +113,12 @@ class Script:
             return ()
         return self.classes.readings(self.names, _operands(node))
 
-    def _declare(self, tree: syntax.Script) -> tuple[Frame, Declarations, list[Failure]]:
-        declarations = Declarations(self._evaluator)
+    def _declare(self, tree: syntax.Script) -> tuple[Frame, UnitDeclarations, list[Failure]]:
+        declarations = UnitDeclarations(self._evaluator)
         unit = declarations.script(tree)
         return Frame.outermost(unit), declarations, declarations.settle()
 
-    def _own_assertions(self, declared: Declarations) -> Iterator[Assertion]:
+    def _own_assertions(self, declared: UnitDeclarations) -> Iterator[Assertion]:
         announced = Expectations(self.tree, self.source)
         self.warnings += tuple(announced.mistaken([declaration.span for declaration, _ in declared.assertions]))
         for declaration, frame in declared.assertions:
@@ -231,7 +231,7 @@ class Script:
         with self._written(text) as (node, frame):
             return self._print(node, frame)
 
-    def _printed(self, declared: Declarations) -> Iterator[str]:
+    def _printed(self, declared: UnitDeclarations) -> Iterator[str]:
         for node, frame in declared.prints:
             if node.span in self.names.unprintable:
                 continue

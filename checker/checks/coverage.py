@@ -14,7 +14,7 @@ import numpy as np
 
 from cspcheck.checker.arrays import BoolArray, Int64Array
 from cspcheck.checker.network.network import Network, Slot
-from cspcheck.checker.packing.layout import Field
+from cspcheck.checker.packing.layout import BitField
 from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.search.walk import CHUNK
 from cspcheck.checker.semantics.derivation import NotDerivable, derive
@@ -30,7 +30,7 @@ MOST_STEPS = 100_000
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class ComponentActivity:
     """A component and whether it ever does anything.
 
     Attributes:
@@ -62,7 +62,7 @@ class Happened:
     events: set[int] = field(default_factory=set)
     visible: set[int] = field(default_factory=set)
     able: set[int] = field(default_factory=set)
-    parts: list[Part] = field(default_factory=list)
+    parts: list[ComponentActivity] = field(default_factory=list)
     states: int = 0
 
 
@@ -145,7 +145,7 @@ def _able(slot: Slot, labels: list[int]) -> BoolArray:
     return table
 
 
-def _field(words: Int64Array, field: Field) -> Int64Array:
+def _field(words: Int64Array, field: BitField) -> Int64Array:
     """A field of each of some packed states."""
     found: Int64Array = words[:, field.word] >> field.shift & (1 << field.width) - 1
     return found
@@ -164,7 +164,7 @@ class _Tracer:
         """The steps of one component. *fired* has a row for each local state and a column for each label."""
         events = {label: self._event(label) for label in labels}
         self._found.able.update(event for event in events.values() if event not in (TAU, TICK))
-        self._found.parts.append(Part(slot.name, slot.span, bool(fired.any())))
+        self._found.parts.append(ComponentActivity(slot.name, slot.span, bool(fired.any())))
         for state in np.flatnonzero(reached).tolist():
             term = slot.terms[state]
             row = fired[state]

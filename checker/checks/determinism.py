@@ -17,13 +17,13 @@ import numpy as np
 
 from cspcheck.checker.arrays import Int64Array
 from cspcheck.checker.budget import Incomplete
-from cspcheck.checker.checks.along import Along, along_original
 from cspcheck.checker.checks.choosing import chosen_part
 from cspcheck.checker.checks.context import Context, in_chunks
 from cspcheck.checker.checks.properties import divergence_found
 from cspcheck.checker.checks.reduced import looked_at
 from cspcheck.checker.checks.reducing import as_they_are, model_for, reduced
 from cspcheck.checker.checks.store import Aim
+from cspcheck.checker.checks.trace_runs import Along, along_original
 from cspcheck.checker.explain.behaviour import visible
 from cspcheck.checker.explain.replay import can_perform, can_refuse
 from cspcheck.checker.kernels.arrays import MAY_BRANCH

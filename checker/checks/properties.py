@@ -12,10 +12,10 @@ from dataclasses import replace
 import numpy as np
 
 from cspcheck.checker.arrays import BoolArray
-from cspcheck.checker.checks.along import Along, Offers, along_original
 from cspcheck.checker.checks.context import Context, reached
 from cspcheck.checker.checks.reduced import reduced_search
 from cspcheck.checker.checks.store import Aim
+from cspcheck.checker.checks.trace_runs import Along, Offers, along_original
 from cspcheck.checker.explain.behaviour import begun, deadlocked, diverging, visible
 from cspcheck.checker.explain.replay import can_perform, can_refuse
 from cspcheck.checker.network.network import Network

@@ -11,7 +11,7 @@ from typing import Literal
 from cspcheck.checker.budget import Budget
 from cspcheck.checker.network.network import Network
 from cspcheck.checker.packing.packed import PackedNetwork, pack
-from cspcheck.checker.reduction.composing import Composition, Unsuited, composed
+from cspcheck.checker.reduction.composing import ComposedNetwork, NotComposable, composed
 from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.specification.normal_form import FailuresModel
 from cspcheck.cspm.process.events import FIRST_EVENT, TAU
@@ -32,7 +32,7 @@ class Reduced:
         packed: that, ready to be searched.
     """
 
-    composition: Composition
+    composition: ComposedNetwork
     packed: PackedNetwork
 
     def counts(self, exploration: Exploration) -> tuple[int, int]:
@@ -78,12 +78,12 @@ def reduced(network: Network, model: FailuresModel, visible: Callable[[int], int
     if len(network.slots) < 2:
         return None
     before = sum(log2(slot.lts.states) for slot in network.slots)
-    best: Composition | None = None
+    best: ComposedNetwork | None = None
     poll = partial(budget.check_time, "reducing the process")
     for by_ties in (False, True):
         try:
             found = composed(network, model, visible, poll, by_ties=by_ties)
-        except Unsuited:
+        except NotComposable:
             return None
         if best is None or _size(found) < _size(best):
             best = found
@@ -95,6 +95,6 @@ def reduced(network: Network, model: FailuresModel, visible: Callable[[int], int
     return Reduced(best, pack(best.network))
 
 
-def _size(composition: Composition) -> float:
+def _size(composition: ComposedNetwork) -> float:
     """How many powers of two of states there may be."""
     return sum(log2(slot.lts.states) for slot in composition.network.slots)

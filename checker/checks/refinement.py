@@ -12,10 +12,10 @@ from functools import partial
 import numpy as np
 
 from cspcheck.checker.budget import Incomplete
-from cspcheck.checker.checks.along import along_original
 from cspcheck.checker.checks.context import Context, reached
 from cspcheck.checker.checks.reducing import Reduced, as_they_are, model_for, reduced
 from cspcheck.checker.checks.store import FIRST_LOOK, Specification
+from cspcheck.checker.checks.trace_runs import along_original
 from cspcheck.checker.explain.behaviour import Behaviour, begun, diverging, visible
 from cspcheck.checker.explain.replay import ReplayFailure, can_perform, states_after
 from cspcheck.checker.explain.specification_run import specification_run

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from cspcheck.checker.explain.joining import Missing, joined, linked, renamed, within
-from cspcheck.checker.explain.running import Component, Running, Tree
+from cspcheck.checker.explain.running import Running, RunningComponent, RunningTree
 from cspcheck.checker.semantics.parallel import is_ready
 from cspcheck.checker.semantics.steps import Step
 from cspcheck.checker.semantics.transitions import MoreStates, Semantics, breadth_first
@@ -31,13 +31,15 @@ LOOKED_AT = 500
 TRANSITIONS_LOOKED_AT = 20_000
 """And transitions: what may hear anything has thousands of them in every state."""
 
-Offer = tuple[Component, int]
+Offer = tuple[RunningComponent, int]
 """A component and an event that its state offers."""
 Offers = dict[int, set[Offer]]
 """By event of a composition, the offers of components that it is made of."""
 
 
-def waiting(semantics: Semantics, running: Running, *, sure: bool = False) -> dict[Component, list[Component]]:
+def waiting(
+    semantics: Semantics, running: Running, *, sure: bool = False
+) -> dict[RunningComponent, list[RunningComponent]]:
     """For each component with an offer that cannot be taken up, the components that do not play their part in it.
 
     Offers that can be taken up in some way are left out. Of a group of which nobody can ever take one up, all are
@@ -48,7 +50,7 @@ def waiting(semantics: Semantics, running: Running, *, sure: bool = False) -> di
         for offers in found.offers(running.tree, running.state).values():
             found.possible |= offers
     order = {component: i for i, (component, _) in enumerate(running.components())}
-    result: dict[Component, list[Component]] = {}
+    result: dict[RunningComponent, list[RunningComponent]] = {}
     for component in order:
         lacking = {
             other
@@ -68,9 +70,9 @@ class _Waiting:
         self._alphabets: dict[Process, frozenset[int] | None] = {}
         self._looked_at = 0
         self.possible: set[Offer] = set()
-        self.lacking: dict[Offer, set[Component]] = {}
+        self.lacking: dict[Offer, set[RunningComponent]] = {}
 
-    def offers(self, tree: Tree, state: Process, clocks: EventSet = NO_EVENTS) -> Offers:
+    def offers(self, tree: RunningTree, state: Process, clocks: EventSet = NO_EVENTS) -> Offers:
         """What a part of the composition can perform now, taus apart; what gets stuck or is hidden is noted.
 
         *clocks* are those of the parallel operator around.
@@ -108,7 +110,7 @@ class _Waiting:
             self.possible |= part.pop(event)
         return part
 
-    def _note(self, tree: Tree, state: Process) -> Callable[[set[Offer], Missing], None]:
+    def _note(self, tree: RunningTree, state: Process) -> Callable[[set[Offer], Missing], None]:
         def note(offers: set[Offer], missing: Missing) -> None:
             operands = state.active()
             components = set().union(*[self.missing(tree.children[i], operands[i], event) for i, event in missing])
@@ -117,7 +119,7 @@ class _Waiting:
 
         return note
 
-    def missing(self, tree: Tree, state: Process, event: int) -> set[Component]:
+    def missing(self, tree: RunningTree, state: Process, event: int) -> set[RunningComponent]:
         """The components in a part that would have to offer something for the part to perform *event*.
 
         Where none of several ever can, all of them or, if only sure ones are wanted, none.
@@ -125,10 +127,10 @@ class _Waiting:
         found = self._missing(tree, state, event)
         return found or self._all({component for component, _ in Running(state, tree).components()})
 
-    def _all(self, components: set[Component]) -> set[Component]:
+    def _all(self, components: set[RunningComponent]) -> set[RunningComponent]:
         return set() if self._sure and len(components) > 1 else components
 
-    def _missing(self, tree: Tree, state: Process, event: int) -> set[Component]:
+    def _missing(self, tree: RunningTree, state: Process, event: int) -> set[RunningComponent]:
         if tree.component is not None:
             return {tree.component}
         operands = state.active()

@@ -23,7 +23,7 @@ from cspcheck.cspm.source import Span
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Component:
+class RunningComponent:
     """A part of a running composition.
 
     Attributes:
@@ -45,15 +45,15 @@ class InnermostDefinition:
 
 
 @dataclass(frozen=True, slots=True)
-class Tree:
+class RunningTree:
     """How components hang together: a component, or the operands of an operator of the state.
 
     ``place`` is where the component or operator was written.
     """
 
-    component: Component | None
+    component: RunningComponent | None
     place: InnermostDefinition
-    children: tuple[Tree, ...] = ()
+    children: tuple[RunningTree, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,9 +61,9 @@ class Running:
     """A process at some point of a run: the term that it is now, and the components of that term."""
 
     state: Process
-    tree: Tree
+    tree: RunningTree
 
-    def components(self) -> list[tuple[Component, Process]]:
+    def components(self) -> list[tuple[RunningComponent, Process]]:
         """The components and the terms that they are now, from left to right."""
         return list(_components(self.tree, self.state))
 
@@ -80,10 +80,10 @@ class Performed:
 
     event: int
     cause: int | None
-    parts: dict[Component, int]
+    parts: dict[RunningComponent, int]
 
 
-def _components(tree: Tree, state: Process) -> Iterator[tuple[Component, Process]]:
+def _components(tree: RunningTree, state: Process) -> Iterator[tuple[RunningComponent, Process]]:
     if tree.component is not None:
         yield tree.component, state
         return
@@ -109,7 +109,7 @@ class Runner:
 
     def __init__(self, semantics: Semantics | None = None) -> None:
         self.semantics = semantics or Semantics()
-        self._known: dict[tuple[Path, InnermostDefinition], Component] = {}
+        self._known: dict[tuple[Path, InnermostDefinition], RunningComponent] = {}
         self._parts: Counter[InnermostDefinition] = Counter()
 
     def start(self, process: Process) -> Running:
@@ -139,7 +139,7 @@ class Runner:
         """
         with deep_recursion():
             step = derive(self.semantics, running.state, event, after)
-            parts: dict[Component, int] = {}
+            parts: dict[RunningComponent, int] = {}
             tree = self._moved(running.tree, running.state, step, (), parts)
             return Running(after, tree), Performed(event, step.cause, parts)
 
@@ -147,11 +147,11 @@ class Runner:
         """What would happen in a step; see :meth:`perform`."""
         with deep_recursion():
             step = derive(self.semantics, running.state, event, after)
-            parts: dict[Component, int] = {}
+            parts: dict[RunningComponent, int] = {}
             _take_part(running.tree, step, parts)
             return Performed(event, step.cause, parts)
 
-    def _tree(self, written: Process, state: Process, place: InnermostDefinition, path: Path) -> Tree:
+    def _tree(self, written: Process, state: Process, place: InnermostDefinition, path: Path) -> RunningTree:
         """The components of a term that has not run yet.
 
         Args:
@@ -162,12 +162,12 @@ class Runner:
         """
         written, place = _behind_names(written, place)
         if not is_composed(state) and not isinstance(state, STATIC_UNARY):
-            return Tree(self._component(place, path), place)
+            return RunningTree(self._component(place, path), place)
         operands = state.active()
         inside = replace(place, is_part=True) if len(operands) > 1 else place
         known = type(written) is type(state) and written is not state
         names = written.active() if known else tuple(map(self._name, operands))
-        return Tree(
+        return RunningTree(
             None,
             place,
             tuple(
@@ -202,17 +202,19 @@ class Runner:
             parts = [variables for part in state.active() if (variables := self.variables(part, component))]
             return parts[0] if len(parts) == 1 else {}
 
-    def _component(self, place: InnermostDefinition, path: Path) -> Component:
+    def _component(self, place: InnermostDefinition, path: Path) -> RunningComponent:
         known = self._known.get((path, place))
         if known is None:
             text = place.text or "the process"
             if place.is_part:
                 self._parts[place] += 1
                 text = f"part {self._parts[place]}" + (f" of {place.text}" if place.text else "")
-            known = self._known[path, place] = Component(text, place.span)
+            known = self._known[path, place] = RunningComponent(text, place.span)
         return known
 
-    def _moved(self, tree: Tree, state: Process, step: Derivation, path: Path, parts: dict[Component, int]) -> Tree:
+    def _moved(
+        self, tree: RunningTree, state: Process, step: Derivation, path: Path, parts: dict[RunningComponent, int]
+    ) -> RunningTree:
         """The components after a step of *state*; *parts* is filled with what they perform in it."""
         after = step.after
         if tree.component is not None:
@@ -225,7 +227,7 @@ class Runner:
         for i, move in step.moves:
             children[i] = self._moved(children[i], operands[i], move, (*path, i), parts)
         if _stands(state, step):
-            return Tree(None, tree.place, tuple(children))
+            return RunningTree(None, tree.place, tuple(children))
         # The step has ended the operator.
         if not step.moves:
             return self._tree(self._name(after), after, tree.place, path)
@@ -250,7 +252,7 @@ def _stands(state: Process, step: Derivation) -> bool:
     return True
 
 
-def _take_part(tree: Tree, step: Derivation, parts: dict[Component, int]) -> None:
+def _take_part(tree: RunningTree, step: Derivation, parts: dict[RunningComponent, int]) -> None:
     if tree.component is not None:
         parts[tree.component] = step.event
         return

@@ -12,7 +12,7 @@ from functools import cached_property
 from cspcheck.checker.explain.blocked_slots import shortest_cycle
 from cspcheck.checker.explain.blocked_terms import waiting
 from cspcheck.checker.explain.replay import Replay
-from cspcheck.checker.explain.running import Component, Performed, Runner, Running, distinct_names
+from cspcheck.checker.explain.running import Performed, Runner, Running, RunningComponent, distinct_names
 from cspcheck.checker.verdict import ComponentBehaviour
 from cspcheck.cspm.process.events import EventTable
 from cspcheck.cspm.process.terms import Process
@@ -85,7 +85,7 @@ class Told:
             )
         return tuple(behaviours)
 
-    def _data(self, component: Component) -> Data:
+    def _data(self, component: RunningComponent) -> Data:
         """The variables of a class at the beginning, and what is new of them after each step."""
         states = (
             next((state for other, state in running.components() if other is component), None) for running in self._ends
@@ -153,10 +153,10 @@ class Told:
         return [self._runner.start(self._process), *(running for running, _ in self._steps)]
 
     @cached_property
-    def _met(self) -> list[Component]:
+    def _met(self) -> list[RunningComponent]:
         """All components of the run, in the order in which they came."""
         return list(dict.fromkeys(component for running in self._ends for component, _ in running.components()))
 
     @cached_property
-    def _names(self) -> dict[Component, str]:
+    def _names(self) -> dict[RunningComponent, str]:
         return dict(zip(self._met, distinct_names(component.name for component in self._met), strict=True))

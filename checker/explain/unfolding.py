@@ -16,7 +16,7 @@ import numpy as np
 
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.packing.packed import PackedNetwork
-from cspcheck.checker.reduction.composing import Composition, Joint, Part, product, relabelled
+from cspcheck.checker.reduction.composing import ComposedNetwork, ComposedPart, Joint, product, relabelled
 from cspcheck.checker.search.paths import PathStep
 from cspcheck.cspm.process.events import TAU
 
@@ -40,7 +40,7 @@ class _Happening:
 
 def unfolded(
     packed: PackedNetwork,
-    composition: Composition,
+    composition: ComposedNetwork,
     small: PackedNetwork,
     path: Sequence[PathStep],
     event: int | None = None,
@@ -75,7 +75,7 @@ def unfolded(
 
 
 def _composed_run(
-    composition: Composition, small: PackedNetwork, path: Sequence[PathStep], event: int | None
+    composition: ComposedNetwork, small: PackedNetwork, path: Sequence[PathStep], event: int | None
 ) -> tuple[list[_Happening], list[_Ends]]:
     """The run as the parts see it, with the event that follows if there is one, and how it must end for each part."""
     run = []
@@ -98,8 +98,8 @@ def _offers(lts: Lts, state: int) -> frozenset[int]:
 
 
 def _pair(
-    part: Part, pair: tuple[Part, Part], offers: _Ends, run: list[_Happening]
-) -> tuple[list[_Happening], list[tuple[Part, _Ends]]]:
+    part: ComposedPart, pair: tuple[ComposedPart, ComposedPart], offers: _Ends, run: list[_Happening]
+) -> tuple[list[_Happening], list[tuple[ComposedPart, _Ends]]]:
     """The run with two parts in the place of one, and what each of them offers at its end."""
     one, other = pair
     made = product(one.lts, other.lts, part.joints)
@@ -127,7 +127,7 @@ def _pair(
         return _Happening(labels)
 
     left, right = divmod(int(states[edges[-1][2] if edges else whole.root]), width)
-    rest: list[tuple[Part, _Ends]] = [(one, None), (other, None)]
+    rest: list[tuple[ComposedPart, _Ends]] = [(one, None), (other, None)]
     if offers is not None:
         rest = [(one, _offers(one.lts, left)), (other, _offers(other.lts, right))]
     return _merged(part, run, [(edge[1], performed(edge)) for edge in edges]), rest
@@ -151,7 +151,7 @@ def _joint(
     raise NotUnfolded
 
 
-def _component(packed: PackedNetwork, part: Part, offers: _Ends, run: list[_Happening]) -> list[_Happening]:
+def _component(packed: PackedNetwork, part: ComposedPart, offers: _Ends, run: list[_Happening]) -> list[_Happening]:
     """The run with the states and labels of a component of the network."""
     assert part.slot is not None
     slot = packed.network.slots[part.slot]
@@ -167,13 +167,13 @@ def _component(packed: PackedNetwork, part: Part, offers: _Ends, run: list[_Happ
     return _merged(part, run, performed)
 
 
-def _visible(part: Part, run: list[_Happening]) -> list[int]:
+def _visible(part: ComposedPart, run: list[_Happening]) -> list[int]:
     """What a part performs in a run, its taus apart."""
     labels = (happening.labels.get(part.number, TAU) for happening in run)
     return [label for label in labels if label != TAU]
 
 
-def _merged(part: Part, run: list[_Happening], performed: list[tuple[int, _Happening]]) -> list[_Happening]:
+def _merged(part: ComposedPart, run: list[_Happening], performed: list[tuple[int, _Happening]]) -> list[_Happening]:
     """The run with what stands for a part instead of the part: its taus come before what it performs next."""
     following = iter(performed)
 

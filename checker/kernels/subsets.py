@@ -47,7 +47,7 @@ class _Sets(NamedTuple):
     size: Int64Array
 
 
-class Sets(Handed, _Sets):
+class SetNumbering(Handed, _Sets):
     """A numbering of sets."""
 
 
@@ -114,7 +114,7 @@ def slot_of(hashed: int, slots: int) -> int:
     return (hashed ^ (hashed >> 32)) & (slots - 1)
 
 
-def find_set(sets: Sets, size: int, hashed: int, stamps: Int64Array, stamp: int) -> int:
+def find_set(sets: SetNumbering, size: int, hashed: int, stamps: Int64Array, stamp: int) -> int:
     """The number of the set of *size* elements, those that bear the stamp; -1 if it has none.
 
     (Other numbers may bear the stamp that are no elements of any set.)
@@ -138,14 +138,14 @@ def find_set(sets: Sets, size: int, hashed: int, stamps: Int64Array, stamp: int)
     return -1
 
 
-def has_room(sets: Sets, size: int) -> bool:
+def has_room(sets: SetNumbering, size: int) -> bool:
     """Whether a set of so many elements can be added."""
     number = int(sets.size[0])
     room = int(sets.offsets[number]) + size <= len(sets.members)
     return room and number + 1 < len(sets.offsets) and 2 * (number + 1) <= len(sets.slots)
 
 
-def add_set(sets: Sets, elements: Int64Array, size: int, hashed: int) -> int:
+def add_set(sets: SetNumbering, elements: Int64Array, size: int, hashed: int) -> int:
     """Number a set that has none; there must be room for it."""
     number = int(sets.size[0])
     start = sets.offsets[number]
@@ -162,7 +162,7 @@ def add_set(sets: Sets, elements: Int64Array, size: int, hashed: int) -> int:
     return number
 
 
-def enter_slots(sets: Sets, apart: int) -> None:
+def enter_slots(sets: SetNumbering, apart: int) -> None:
     """Enter all sets but the one of number *apart* into a table that is empty."""
     mask = len(sets.slots) - 1
     for number in range(sets.size[0]):
@@ -173,7 +173,7 @@ def enter_slots(sets: Sets, apart: int) -> None:
             sets.slots[place] = number
 
 
-def offer_of(machine: Branching, offers: Sets, space: Following, size: int, stamp: int) -> int:
+def offer_of(machine: Branching, offers: SetNumbering, space: Following, size: int, stamp: int) -> int:
     """The number of the set of acceptances of the first states of ``space.kept``; -1 if there is no room for it."""
     found = 0
     hashed = 0
@@ -192,8 +192,8 @@ def offer_of(machine: Branching, offers: Sets, space: Following, size: int, stam
 
 def node_of_states(
     machine: Branching,
-    nodes: Sets,
-    offers: Sets,
+    nodes: SetNumbering,
+    offers: SetNumbering,
     node_offers: Int64Array,
     space: Following,
     begin: int,
@@ -250,8 +250,8 @@ def node_of_states(
 
 def extend_nodes(
     machine: Branching,
-    nodes: Sets,
-    offers: Sets,
+    nodes: SetNumbering,
+    offers: SetNumbering,
     node_offers: Int64Array,
     space: Following,
     first: int,

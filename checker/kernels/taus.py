@@ -203,11 +203,11 @@ class _Classes(NamedTuple):
     stamps: Int64Array
 
 
-class Classes(Handed, _Classes):
+class RefinedPartition(Handed, _Classes):
     """A partition that is being refined."""
 
 
-def is_same_signature(signatures: Signatures, begin: int, end: int, classes: Classes, stamp: int) -> bool:
+def is_same_signature(signatures: Signatures, begin: int, end: int, classes: RefinedPartition, stamp: int) -> bool:
     """Whether all of a signature is in the hash table of the keys with this stamp."""
     mask = len(classes.keys) - 1
     for i in range(begin, end):
@@ -226,7 +226,14 @@ def is_same_signature(signatures: Signatures, begin: int, end: int, classes: Cla
 
 
 def with_keys(
-    source: Signatures, begin: int, end: int, factor: int, signatures: Signatures, at: int, classes: Classes, stamp: int
+    source: Signatures,
+    begin: int,
+    end: int,
+    factor: int,
+    signatures: Signatures,
+    at: int,
+    classes: RefinedPartition,
+    stamp: int,
 ) -> int:
     """Add keys of a signature, each plus *factor* times the states, to another that ends at *at*; the new end.
 
@@ -242,7 +249,7 @@ def with_keys(
     return at
 
 
-def with_key(key: int, signatures: Signatures, at: int, classes: Classes, stamp: int) -> int:
+def with_key(key: int, signatures: Signatures, at: int, classes: RefinedPartition, stamp: int) -> int:
     """Add a key to a signature that ends at *at*; the new end, -1 if there is no room."""
     if is_new_move(0, key, len(classes.of), classes.keys, classes.stamps, stamp):
         if at >= len(signatures.keys):
@@ -260,7 +267,7 @@ def refine_by_signatures(
     labels: Int64Array,
     targets: Int64Array,
     kind: int,
-    classes: Classes,
+    classes: RefinedPartition,
     first_stamp: int,
     signatures: Signatures,
     behind: Signatures,

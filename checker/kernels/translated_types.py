@@ -32,7 +32,7 @@ class Untranslatable(Exception):
 
 
 @dataclass(frozen=True)
-class Span:
+class ArraySpan:
     """An array: where it begins, and its length."""
 
     begin: Place
@@ -41,14 +41,14 @@ class Span:
 
 
 @dataclass(frozen=True)
-class Record:
+class KernelRecord:
     """A named tuple: its members by name."""
 
     members: Mapping[str, Any]
 
 
 Thing = Any
-"""A value of a kernel: a number or truth in LLVM's language, a :class:`Span`, a :class:`Record`."""
+"""A value of a kernel: a number or truth in LLVM's language, a :class:`ArraySpan`, a :class:`KernelRecord`."""
 
 
 WIDE = "table"
@@ -93,15 +93,15 @@ def thing_of(kind: Any, words: list[Any]) -> Thing:
         return words.pop(0)
     if kind in ELEMENTS:
         begin, length = words.pop(0), words.pop(0)
-        return Span(begin, length, ELEMENTS[kind])
-    return Record({name: thing_of(member, words) for name, member in members(kind)})
+        return ArraySpan(begin, length, ELEMENTS[kind])
+    return KernelRecord({name: thing_of(member, words) for name, member in members(kind)})
 
 
 def words_in(thing: Thing) -> list[Any]:
     """The words of a value."""
-    if isinstance(thing, Span):
+    if isinstance(thing, ArraySpan):
         return [thing.begin, thing.length]
-    if isinstance(thing, Record):
+    if isinstance(thing, KernelRecord):
         return [word for member in thing.members.values() for word in words_in(member)]
     return [thing]
 

@@ -25,9 +25,9 @@ from cspcheck.checker.kernels.translated_types import (
     BIT,
     BYTE,
     WORD,
+    ArraySpan,
+    KernelRecord,
     Place,
-    Record,
-    Span,
     Thing,
     Untranslatable,
     entry_name,
@@ -169,7 +169,7 @@ class _Function:
         words = list(self.internal.args)
         for name, kind in parameters(self.function, self.wide):
             thing = thing_of(kind, words)
-            if isinstance(thing, Span | Record):
+            if isinstance(thing, ArraySpan | KernelRecord):
                 self.aliases[name] = thing
             else:
                 self.builder.store(thing, self.place(name))
@@ -242,7 +242,7 @@ class _Function:
             self.stored(span, place, self.as_number(target, thing))
         elif not isinstance(target, ast.Name):
             raise Untranslatable(target, "this target")
-        elif isinstance(thing, Span | Record):
+        elif isinstance(thing, ArraySpan | KernelRecord):
             if target.id in self.variables or target.id in self.aliases:
                 raise Untranslatable(target, "a second value of an array's name")
             self.aliases[target.id] = thing
@@ -342,7 +342,7 @@ class _Function:
         return self.as_number(node, self.value(node))
 
     def as_number(self, node: ast.AST, thing: Thing) -> Any:
-        if isinstance(thing, Span | Record) or thing.type not in (WORD, BIT):
+        if isinstance(thing, ArraySpan | KernelRecord) or thing.type not in (WORD, BIT):
             raise Untranslatable(node, "this as a number")
         return self.builder.zext(thing, WORD) if thing.type == BIT else thing
 
@@ -377,30 +377,30 @@ class _Function:
 
     def of_Attribute(self, node: ast.Attribute) -> Thing:  # noqa: N802
         record = self.value(node.value)
-        if not isinstance(record, Record):
+        if not isinstance(record, KernelRecord):
             raise Untranslatable(node, "an attribute")
         return record.members[node.attr]
 
     def of_Subscript(self, node: ast.Subscript) -> Thing:  # noqa: N802
         return self.loaded(*self.element(node))
 
-    def element(self, node: ast.Subscript) -> tuple[Span, Place]:
+    def element(self, node: ast.Subscript) -> tuple[ArraySpan, Place]:
         """An array and the place of its element."""
         span = self.value(node.value)
-        if not isinstance(span, Span):
+        if not isinstance(span, ArraySpan):
             raise Untranslatable(node, "an index into this")
         return span, self.at(span, self.number(node.slice), inside=True)
 
-    def at(self, span: Span, index: Any, *, inside: bool) -> Place:
+    def at(self, span: ArraySpan, index: Any, *, inside: bool) -> Place:
         return self.builder.gep(span.begin, [index], inbounds=inside, source_etype=ir.IntType(span.bits))
 
-    def loaded(self, span: Span, place: Place) -> Any:
+    def loaded(self, span: ArraySpan, place: Place) -> Any:
         value = self.builder.load(place, typ=ir.IntType(span.bits))
         if span.bits == 64:
             return value
         return self.builder.zext(value, WORD) if span.bits == 8 else self.builder.sext(value, WORD)
 
-    def stored(self, span: Span, place: Place, value: Any) -> None:
+    def stored(self, span: ArraySpan, place: Place, value: Any) -> None:
         kind = ir.IntType(span.bits)
         self.builder.store(value if span.bits == 64 else self.builder.trunc(value, kind), place)
 
@@ -512,7 +512,7 @@ class _Function:
 
     def call_len(self, node: ast.Call) -> Thing:
         span = self.value(node.args[0])
-        if not isinstance(span, Span):
+        if not isinstance(span, ArraySpan):
             raise Untranslatable(node, "the length of this")
         return span.length
 
@@ -537,7 +537,7 @@ class _Function:
 
     def call_prefetch(self, node: ast.Call) -> Thing:
         span, index = self.value(node.args[0]), self.number(node.args[1])
-        if not isinstance(span, Span):
+        if not isinstance(span, ArraySpan):
             raise Untranslatable(node, "asking for this")
         number = ir.IntType(32)
         fetch = self.module.globals.get("llvm.prefetch.p0") or ir.Function(

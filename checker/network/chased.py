@@ -33,7 +33,7 @@ MOST_LOCAL = 2_000
 """A component inside has at most so many states; else the rule is applied to terms."""
 
 
-class Unsuited(Exception):
+class NotChasable(Exception):
     """The operand is no composition of small components that go on for ever."""
 
 
@@ -58,9 +58,9 @@ class Chased:
         try:
             network, components = compile_parts(term.process, component)
         except TooManyActions:
-            raise Unsuited from None
+            raise NotChasable from None
         if len(network.slots) < 2 or any((slot.lts.labels == TICK).any() for slot in network.slots):
-            raise Unsuited
+            raise NotChasable
         self._slots = network.slots
         self._semantics = semantics
         self._able = [self._local_rows(slot.terms) for slot in network.slots]
@@ -256,7 +256,7 @@ class Chases:
         if term not in self._known:
             try:
                 self._known[term] = Chased(term, self._component, self._semantics()), 0
-            except (Unsuited, MoreStates):
+            except (NotChasable, MoreStates):
                 self._known[term] = None
         return self._known[term]
 

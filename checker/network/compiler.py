@@ -16,8 +16,8 @@ import os
 from collections.abc import Sequence
 
 from cspcheck.checker.network.actions import TooManyActions
-from cspcheck.checker.network.chased import MOST_LOCAL, Chases, Unsuited as NotChased
-from cspcheck.checker.network.components import ALONE, Machines
+from cspcheck.checker.network.chased import MOST_LOCAL, Chases, NotChasable as NotChased
+from cspcheck.checker.network.components import ALONE, ComponentMachines
 from cspcheck.checker.network.formats import Formats
 from cspcheck.checker.network.lazily import LazyComposition, is_chased
 from cspcheck.checker.network.network import Network
@@ -71,7 +71,7 @@ class Compiler:
         self.chases = chases or Chases(self._inside_chase, lambda: self.semantics)
         self.semantics = semantics or Semantics(ahead=self.chases.row)
         self._slot_states = slot_states
-        self._machines = Machines(self.semantics, self.chases.explorer)
+        self._machines = ComponentMachines(self.semantics, self.chases.explorer)
         self._has_machines = MachineParts()
         self._has_parts = Parts()
 

@@ -104,7 +104,7 @@ REMEMBERED = 20_000
 """So many terms of a component that has too many are remembered, to say so again at once."""
 
 
-class Machines:
+class ComponentMachines:
     """The machines of components by themselves and under parallel operators, each built once.
 
     Args:

@@ -26,8 +26,8 @@ from cspcheck.checker.network.actions import (
     renamed,
     together,
 )
-from cspcheck.checker.network.boundaries import FIRST_PRIVATE_LABEL, BoundedMachines, Entry
-from cspcheck.checker.network.components import Interrupting, Joined, Machines
+from cspcheck.checker.network.bounded_machines import FIRST_PRIVATE_LABEL, BoundedMachines, Entry
+from cspcheck.checker.network.components import ComponentMachines, Interrupting, Joined
 from cspcheck.checker.network.endings import Endings
 from cspcheck.checker.network.shapes import (
     INTERRUPTS,
@@ -35,8 +35,8 @@ from cspcheck.checker.network.shapes import (
     Ambiguous,
     Fillings,
     Hole,
-    Node,
     Shape,
+    ShapeNode,
     Unsuited,
     holes,
     is_taken_apart,
@@ -86,11 +86,11 @@ class Format:
     places: Mapping[Path, int]
     entries: dict[Path, dict[Entry, None]]
     actions: list[Action] = field(default_factory=list)
-    nexts: dict[Changes, Next] = field(default_factory=dict)
+    nexts: dict[Changes, FormatSuccessor] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Next:
+class FormatSuccessor:
     """What a change leads to.
 
     Attributes:
@@ -125,7 +125,9 @@ class Formats:
         ScriptError: a definition cannot be evaluated.
     """
 
-    def __init__(self, process: Process, semantics: Semantics, machines: Machines, small: int, most: int) -> None:
+    def __init__(
+        self, process: Process, semantics: Semantics, machines: ComponentMachines, small: int, most: int
+    ) -> None:
         self.all: list[Format] = []
         self.machines = BoundedMachines(semantics, machines, min(small, MOST_INSIDE), most)
         self._semantics = semantics
@@ -180,10 +182,10 @@ class Formats:
                     changed[after.format] = None
         return list(changed)
 
-    def _next(self, format: Format, changes: Changes) -> Next:
+    def _next(self, format: Format, changes: Changes) -> FormatSuccessor:
         shape, positions, fillings = self.machines.shapes.replaced(format.shape, changes)
         cleared = [path for path in format.entries if any(path[: len(p)] == p for p in positions)]
-        return Next(self._format(shape), tuple(cleared), _started(shape, fillings))
+        return FormatSuccessor(self._format(shape), tuple(cleared), _started(shape, fillings))
 
     def _actions(self, format: Format, shape: Shape, path: Path) -> list[Action]:
         """What the part of a format at *path* can do."""
@@ -235,7 +237,7 @@ class Formats:
         return steps
 
     def _require_distributed_termination(
-        self, format: Format, node: Node, path: Path, operands: Sequence[Sequence[Action]]
+        self, format: Format, node: ShapeNode, path: Path, operands: Sequence[Sequence[Action]]
     ) -> None:
         """Make sure that the operands of a parallel operator tick only where they can do nothing else, or wait.
 
@@ -288,7 +290,7 @@ class Formats:
                     raise Ambiguous("a small component could also be reached in parts")
 
 
-def kept(format: Format, after: Next) -> list[Path]:
+def kept(format: Format, after: FormatSuccessor) -> list[Path]:
     """The holes of a format in which the components stay when it is followed by another."""
     return [path for path in format.entries if path not in after.cleared]
 
@@ -331,11 +333,11 @@ def _overlap(
     match one_part, other_part:
         case Hole(), Hole():
             return True
-        case Hole(), Node():
+        case Hole(), ShapeNode():
             return any(may_be(other_part, term) for term in whole.get((one, path), ()))
-        case Node(), Hole():
+        case ShapeNode(), Hole():
             return any(may_be(one_part, term) for term in whole.get((other, path), ()))
-        case Node(), Node():
+        case ShapeNode(), ShapeNode():
             return one_part.template is other_part.template and all(
                 _overlap(one, a, other, b, (*path, i), whole)
                 for i, (a, b) in enumerate(zip(one_part.children, other_part.children, strict=True))

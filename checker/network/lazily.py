@@ -11,12 +11,12 @@ from itertools import product
 
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.network.actions import TooManyActions
-from cspcheck.checker.network.chased import CHASES, Chased, Chases, Unsuited
+from cspcheck.checker.network.chased import CHASES, Chased, Chases, NotChasable
 from cspcheck.checker.network.lazy_terms import LazyTerms
 from cspcheck.checker.network.network import Network
 from cspcheck.checker.network.shapes import JOINING, STATIC_UNARY
 from cspcheck.checker.network.skeleton import Component, Told, compile_parts
-from cspcheck.checker.network.trees import Tree, tree_of
+from cspcheck.checker.network.trees import OperatorTree, tree_of
 from cspcheck.checker.semantics.transitions import Explored, MoreStates, Poll, Semantics, TooMany, spanned
 from cspcheck.cspm.process.events import TICK
 from cspcheck.cspm.process.terms import Compressed, External, Process, Reference
@@ -87,7 +87,7 @@ class LazyComposition:
         try:
             self.network, self.components = compile_parts(process, explored, is_machine, has_machines)
         except TooManyActions:
-            raise Unsuited from None
+            raise NotChasable from None
         self._chased: dict[int, Chased] = {}
         initial = [0] * len(self.components)
         for slot, part in enumerate(self.components):
@@ -95,7 +95,7 @@ class LazyComposition:
             if found is not None:
                 self._chased[slot], initial[slot] = found
         if not self._chased or any(rule.result == TICK for rule in self.network.rules):
-            raise Unsuited
+            raise NotChasable
         self._initial: Locals = tuple(initial)
         self._rows = [
             None if slot in self._chased else _rows(component_.lts)
@@ -111,7 +111,7 @@ class LazyComposition:
             MoreStates: it has more than *most* states.
         """
         states: list[Locals] = []
-        tree: Tree = tree_of(self.process, self.components)
+        tree: OperatorTree = tree_of(self.process, self.components)
 
         def term(number: int) -> Process:
             return tree.put_together([self._local_term(*found) for found in enumerate(states[number])])

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.network.actions import Path
-from cspcheck.checker.network.boundaries import FIRST_PRIVATE_LABEL, Entry
+from cspcheck.checker.network.bounded_machines import FIRST_PRIVATE_LABEL, Entry
 from cspcheck.checker.network.formats import Changes, Format, Formats, Started, kept
 from cspcheck.checker.network.network import Network, Rule, Slot, Switch
 from cspcheck.checker.network.shapes import slot_key

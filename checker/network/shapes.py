@@ -56,14 +56,14 @@ class Hole:
 
 
 @dataclass(frozen=True, slots=True)
-class Node:
+class ShapeNode:
     """An operator over shapes. ``template`` is the operator applied to STOPs."""
 
     template: Process
     children: tuple[Shape, ...]
 
 
-Shape = Hole | Node
+Shape = Hole | ShapeNode
 Fillings = tuple[tuple[Path, Process], ...]
 """The term in each hole, by the hole's position."""
 
@@ -148,7 +148,7 @@ class Shapes:
             # An operator over something without parts is itself without parts.
             while path and isinstance(part, Hole):
                 above = at(shape, path[:-1])
-                assert isinstance(above, Node)
+                assert isinstance(above, ShapeNode)
                 if not isinstance(above.template, UNARY):
                     break
                 path = path[:-1]
@@ -166,7 +166,7 @@ def _synchronised(term: Process) -> EventSet:
 
 def _node(term: Process, children: list[tuple[Shape, Fillings]]) -> tuple[Shape, Fillings]:
     return (
-        Node(template(term), tuple([shape for shape, _ in children])),
+        ShapeNode(template(term), tuple([shape for shape, _ in children])),
         tuple([((i, *hole), part) for i, (_, fillings) in enumerate(children) for hole, part in fillings]),
     )
 
@@ -179,7 +179,7 @@ def template(term: Process) -> Process:
 def at(shape: Shape, path: Path) -> Shape:
     """The part of a shape at a position."""
     for i in path:
-        assert isinstance(shape, Node)
+        assert isinstance(shape, ShapeNode)
         shape = shape.children[i]
     return shape
 
@@ -188,7 +188,7 @@ def role_at(shape: Shape, path: Path) -> Role:
     """The role that a component at a position of a shape has."""
     role: Role = ALONE
     for i in path:
-        assert isinstance(shape, Node)
+        assert isinstance(shape, ShapeNode)
         if isinstance(shape.template, JOINING):
             role = Joined(shape.template.clocks)
         elif isinstance(shape.template, INTERRUPTS) and i == 1:
@@ -216,10 +216,10 @@ def may_be(shape: Shape, term: Process) -> bool:
 def _put(shape: Shape, path: Path, part: Shape) -> Shape:
     if not path:
         return part
-    assert isinstance(shape, Node)
+    assert isinstance(shape, ShapeNode)
     i = path[0]
     children = (*shape.children[:i], _put(shape.children[i], path[1:], part), *shape.children[i + 1 :])
-    return Node(shape.template, children)
+    return ShapeNode(shape.template, children)
 
 
 def slot_key(path: Path) -> Path:

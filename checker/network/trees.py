@@ -35,7 +35,7 @@ Steps = list[tuple[int, Key]]
 
 
 @dataclass(frozen=True, slots=True)
-class Tree:
+class OperatorTree:
     """An operator of a skeleton over its operands, or a component.
 
     Attributes:
@@ -45,7 +45,7 @@ class Tree:
     """
 
     operator: Process | None
-    children: tuple[Tree, ...]
+    children: tuple[OperatorTree, ...]
     first: int
     end: int
 
@@ -64,13 +64,13 @@ class Tree:
             return min((key for result, key in _steps(self, moves) if result == event), default=None)
 
 
-def tree_of(process: Process, components: Sequence[Component]) -> Tree:
+def tree_of(process: Process, components: Sequence[Component]) -> OperatorTree:
     """The tree of a skeleton whose components these are, in order."""
     with deep_recursion():
         return _tree(process, components, 0)
 
 
-def _tree(process: Process, components: Sequence[Component], first: int) -> Tree:
+def _tree(process: Process, components: Sequence[Component], first: int) -> OperatorTree:
     while first < len(components) and components[first].process is not process:
         if isinstance(process, Reference):
             process = process.body()
@@ -84,17 +84,17 @@ def _tree(process: Process, components: Sequence[Component], first: int) -> Tree
                 child = _tree(operand, components, end)
                 children.append(child)
                 end = child.end
-            return Tree(process, tuple(children), first, end)
-    return Tree(None, (), first, first + 1)
+            return OperatorTree(process, tuple(children), first, end)
+    return OperatorTree(None, (), first, first + 1)
 
 
-def _put_together(tree: Tree, terms: Sequence[Process]) -> Process:
+def _put_together(tree: OperatorTree, terms: Sequence[Process]) -> Process:
     if tree.operator is None:
         return terms[tree.first]
     return tree.operator.with_active(tuple([_put_together(child, terms) for child in tree.children]))
 
 
-def _steps(tree: Tree, moves: Moves) -> Steps:
+def _steps(tree: OperatorTree, moves: Moves) -> Steps:
     if tree.operator is None:
         (move,) = moves
         return [(move[1], (move[1],))]

@@ -13,7 +13,7 @@ import numpy as np
 from cspcheck.checker.arrays import BoolArray, Int32Array, Int64Array
 from cspcheck.checker.kernels.arrays import Index
 from cspcheck.checker.packing.instances import Instances, LocalTransitions, RuleGroup
-from cspcheck.checker.packing.layout import Field, Layout
+from cspcheck.checker.packing.layout import BitField, Layout
 
 HOME_BITS = 8
 """Neighbouring fields share a home up to this many bits: 256 lists, which the cache holds."""
@@ -49,7 +49,7 @@ def make_homes(layout: Layout, bits: int = HOME_BITS) -> list[Home]:
     return homes or [Home(0, 0, 0, ())]
 
 
-def _fields(layout: Layout) -> list[tuple[int, Field]]:
+def _fields(layout: Layout) -> list[tuple[int, BitField]]:
     return [(FORMAT, layout.format), *enumerate(layout.slots)]
 
 

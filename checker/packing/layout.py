@@ -13,7 +13,7 @@ from cspcheck.checker.network.network import Network
 
 
 @dataclass(frozen=True, slots=True)
-class Field:
+class BitField:
     """A run of bits of a state: ``width`` bits from ``shift`` of word ``word``. Width 0: always 0."""
 
     word: int
@@ -37,8 +37,8 @@ class Layout:
     """
 
     words: int
-    format: Field
-    slots: tuple[Field, ...]
+    format: BitField
+    slots: tuple[BitField, ...]
 
     def free_bits(self) -> tuple[int, int]:
         """How many bits of the last word no field uses, and from which bit on."""
@@ -57,15 +57,15 @@ def lay_out(network: Network) -> Layout:
     return Layout(words, fields[0], tuple(fields[1:]))
 
 
-def _first_fit(widths: Sequence[int], order: Sequence[int]) -> tuple[list[Field], int]:
+def _first_fit(widths: Sequence[int], order: Sequence[int]) -> tuple[list[BitField], int]:
     """Each field in the first word that has room for it, in the given order; and the number of words."""
     used: list[int] = [0]
-    placed: dict[int, Field] = {}
+    placed: dict[int, BitField] = {}
     for i in order:
         word = next((w for w, bits in enumerate(used) if bits + widths[i] <= WORD_BITS), len(used))
         if word == len(used):
             used.append(0)
-        placed[i] = Field(word, used[word] if widths[i] else 0, widths[i])
+        placed[i] = BitField(word, used[word] if widths[i] else 0, widths[i])
         used[word] += widths[i]
     return [placed[i] for i in range(len(widths))], len(used)
 

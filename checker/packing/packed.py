@@ -22,7 +22,7 @@ from cspcheck.checker.packing.instances import (
     multiply_out,
     rules_in_arrays,
 )
-from cspcheck.checker.packing.layout import Field, Layout, lay_out, packed_state
+from cspcheck.checker.packing.layout import BitField, Layout, lay_out, packed_state
 from cspcheck.checker.packing.overlaps import careful_events, cycling_rules
 from cspcheck.cspm.process.events import TAU, TICK
 
@@ -223,7 +223,9 @@ def _terminated(layout: Layout, network: Network) -> Int64Array:
     return np.array(sorted(patterns), dtype=np.int64).reshape(-1, 2, layout.words)
 
 
-def _pattern(layout: Layout, fields: Sequence[Field], values: Sequence[int]) -> tuple[tuple[int, ...], tuple[int, ...]]:
+def _pattern(
+    layout: Layout, fields: Sequence[BitField], values: Sequence[int]
+) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """The bits of some fields, and their values in place."""
     mask, value = [0] * layout.words, [0] * layout.words
     for field, number in zip(fields, values, strict=True):

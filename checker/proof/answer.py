@@ -11,7 +11,7 @@ from cspcheck.checker.proof import messages
 from cspcheck.checker.proof.finding import Finding, worst_first
 from cspcheck.checker.proof.obligations import BY_NAME, OBLIGATIONS, discharge
 from cspcheck.checker.proof.prover import Prover
-from cspcheck.checker.proof.question import Help, Settings
+from cspcheck.checker.proof.question import Help, SolverSettings
 from cspcheck.checker.proof.simulation import RULES, Relation, Simulation, projection, retrieve
 from cspcheck.checker.verdict import BrokenObligation, Counterexample, Outcome, Verdict
 from cspcheck.cspm.diagnostics import ScriptError
@@ -46,7 +46,7 @@ def answer(
         ScriptError: it speaks of what there is not.
     """
     start = clock()
-    settings = Settings(deadline=None if seconds is None else start + seconds)
+    settings = SolverSettings(deadline=None if seconds is None else start + seconds)
     if isinstance(node, syntax.Obligations):
         # An obligation that is asked for by name counts as it is; among all only errors do.
         named = node.obligation not in (None, "obligations")
@@ -55,7 +55,7 @@ def answer(
     return outcome(found, named=False, seconds=clock() - start)
 
 
-def whole_refinement(node: Assertion, specification: core.Specification, settings: Settings) -> Iterator[Finding]:
+def whole_refinement(node: Assertion, specification: core.Specification, settings: SolverSettings) -> Iterator[Finding]:
     """The findings for an assertion about two classes; none for other assertions.
 
     Raises:
@@ -75,7 +75,7 @@ def _refinement(
     specification: core.Specification,
     relation: Relation,
     node: syntax.DataRefinement | syntax.Subtype,
-    settings: Settings,
+    settings: SolverSettings,
     *,
     upward: bool = False,
 ) -> Iterator[Finding]:
@@ -89,7 +89,7 @@ def specification_of(script: Script) -> core.Specification:
     return classes.specification_of(script) or core.Specification()
 
 
-def obligations(node: syntax.Obligations, specification: core.Specification, settings: Settings) -> list[Finding]:
+def obligations(node: syntax.Obligations, specification: core.Specification, settings: SolverSettings) -> list[Finding]:
     """The findings for an assertion about obligations."""
     model = class_of(specification, node.subject.name, node.subject.span)
     names = obligation_names(node.obligation, node.span)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-from cspcheck.checker.proof.question import Part
+from cspcheck.checker.proof.question import Constraint
 from cspcheck.checker.proof.terms import conjuncts, negation
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import BOOL, Apply, If, Term
@@ -18,7 +18,7 @@ _LOGICAL = ("not", "and", "or", "implies", "iff")
 Total = Callable[[Term], bool]
 
 
-def cases(parts: tuple[Part, ...], total: Total) -> list[tuple[Part, ...]]:
+def cases(parts: tuple[Constraint, ...], total: Total) -> list[tuple[Constraint, ...]]:
     """The parts, split over their disjunctions, implications and conditionals; one of the cases holds where they do.
 
     Conditionals inside of terms are split as well. Parts that are too many cases together are split as far as
@@ -29,7 +29,7 @@ def cases(parts: tuple[Part, ...], total: Total) -> list[tuple[Part, ...]]:
         total: whether a predicate is defined everywhere. In the logic of Kleene one case may hold while another has
             no truth value, so a case only assumes of the others what has one.
     """
-    found: list[tuple[Part, ...]] = [()]
+    found: list[tuple[Constraint, ...]] = [()]
     for part in parts:
         ways = list(_ways(part.term, total))
         if len(ways) == 1 or len(found) * len(ways) > _MOST_CASES:

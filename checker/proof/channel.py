@@ -38,7 +38,7 @@ class TooDeep(Exception):
     """A value is nested too deeply to be sent."""
 
 
-class Foreign(Exception):
+class ForeignValue(Exception):
     """What came is no value of ours."""
 
 
@@ -62,7 +62,7 @@ class Sources:
         """The source with a number."""
         if name is not None and text is not None:
             if number != len(self._known):
-                raise Foreign("a source out of turn")
+                raise ForeignValue("a source out of turn")
             source = Source(name, text)
             self._numbers[id(source)] = number
             self._known.append(source)
@@ -92,7 +92,7 @@ class _Unpickler(pickle.Unpickler):
             # Values are made by their fields alone; nothing else of ours can be called from here.
             if (module, name) in _PLAIN or is_dataclass(found) or (isinstance(found, type) and issubclass(found, Enum)):
                 return found
-        raise Foreign(f"{module}.{name}")
+        raise ForeignValue(f"{module}.{name}")
 
 
 @contextmanager
@@ -129,10 +129,10 @@ def unpacked(content: bytes, sources: Sources) -> Any:
     with _deep():
         try:
             return _Unpickler(io.BytesIO(content), sources).load()
-        except Foreign:
+        except ForeignValue:
             raise
         except Exception as error:
-            raise Foreign(f"{type(error).__name__}: {error}") from None
+            raise ForeignValue(f"{type(error).__name__}: {error}") from None
 
 
 def framed(content: bytes) -> bytes:

@@ -18,19 +18,19 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from cspcheck.checker.guard import machine_memory
-from cspcheck.checker.proof.channel import Foreign, Incoming, Sources, TooDeep, framed, packed, unpacked
+from cspcheck.checker.proof.channel import ForeignValue, Incoming, Sources, TooDeep, framed, packed, unpacked
 from cspcheck.checker.proof.definedness import Definedness
 from cspcheck.checker.proof.kept import KeptAnswers
 from cspcheck.checker.proof.question import (
     Answer,
+    Constraint,
     Failed,
     Horn,
     Impossible,
-    Part,
     Question,
     Request,
-    Settings,
     Solution,
+    SolverSettings,
     Unanswered,
 )
 from cspcheck.checker.proof.terms import is_false
@@ -94,7 +94,7 @@ class SolverProcess:
             with during("waiting for the solver"):
                 reply = self._exchanged(process, framed(content), request.seconds, seconds)
             answer = unpacked(reply, self._sources)
-        except Foreign:
+        except ForeignValue:
             self.end()
             raise SolverGone(CRASHED) from None
         except BaseException:
@@ -213,7 +213,7 @@ _shared = SolverProcess()
 atexit.register(_shared.end)
 
 
-class Solver:
+class SolverClient:
     """Answers questions about one specification.
 
     Args:
@@ -228,13 +228,13 @@ class Solver:
         self,
         specification: core.Specification,
         model: core.ClassModel | None = None,
-        settings: Settings | None = None,
+        settings: SolverSettings | None = None,
         clock: Callable[[], float] = time.monotonic,
         process: SolverProcess | None = None,
     ) -> None:
         self.specification = specification
         self.model = model
-        self.settings = settings or Settings()
+        self.settings = settings or SolverSettings()
         self.definedness = Definedness(specification.frees)
         self.name = "query"
         """What queries are called when they are written out."""
@@ -249,7 +249,7 @@ class Solver:
         answer: Answer = self._answer("ask", question, question.parts)
         return answer
 
-    def conflict(self, parts: Iterable[Part]) -> tuple[Part, ...]:
+    def conflict(self, parts: Iterable[Constraint]) -> tuple[Constraint, ...]:
         """A smallest set of parts that cannot hold together, of parts that cannot.
 
         Parts without a line of their own are left out of the result, and removed last. Where the solver does not
@@ -259,7 +259,7 @@ class Solver:
         answer = self._answer("conflict", parts, parts)
         return parts if isinstance(answer, Unanswered) else answer
 
-    def core(self, parts: Iterable[Part]) -> tuple[Part, ...]:
+    def core(self, parts: Iterable[Constraint]) -> tuple[Constraint, ...]:
         """Parts that cannot hold together already, of parts that cannot; all of them where the solver cannot tell."""
         parts = tuple(parts)
         answer = self._answer("core", parts, parts)
@@ -275,7 +275,7 @@ class Solver:
         answer = self._answer("solve", horn, (), seconds)
         return None if isinstance(answer, Unanswered) else answer
 
-    def _answer(self, verb: str, what: Any, parts: tuple[Part, ...], effort: float | None = None) -> Any:
+    def _answer(self, verb: str, what: Any, parts: tuple[Constraint, ...], effort: float | None = None) -> Any:
         settings = self.settings
         effort = settings.seconds if effort is None else effort
         left = self._left()

@@ -21,7 +21,7 @@ _MOST = 32
 
 
 @dataclass(frozen=True, slots=True)
-class Waiting:
+class WaitingState:
     """One way in which a control state can wait.
 
     Attributes:
@@ -38,7 +38,7 @@ class ControlState:
     """A place in the equations with the ways in which the process can wait there."""
 
     span: Span
-    ways: tuple[Waiting, ...]
+    ways: tuple[WaitingState, ...]
 
 
 class NotReadable(Exception):
@@ -74,7 +74,7 @@ class _Part:
             if is_state:
                 reached.append(place)
             todo += self._inside(place)
-        known: set[tuple[Waiting, ...]] = set()
+        known: set[tuple[WaitingState, ...]] = set()
         for place in reached:
             try:
                 ways = tuple(dict.fromkeys(self._ways(place, 0)))
@@ -108,7 +108,7 @@ class _Part:
         name = place.function if isinstance(place, syntax.Apply) else place
         return self._bodies.get(name.parts[0], ()) if isinstance(name, syntax.Name) else ()
 
-    def _ways(self, place: syntax.Expr, depth: int) -> list[Waiting]:
+    def _ways(self, place: syntax.Expr, depth: int) -> list[WaitingState]:
         """The ways to wait at the start of an expression; one without channels for what need not wait."""
         if depth > _DEEPEST:
             raise NotReadable
@@ -121,7 +121,7 @@ class _Part:
                 return [*self._ways(place.then, depth + 1), *self._ways(place.otherwise, depth + 1)]
             case syntax.Guard():
                 # Where the guard fails there is nothing to wait for here; where it holds, this.
-                return [Waiting(way.channels, exact=False) for way in self._ways(place.body, depth + 1)]
+                return [WaitingState(way.channels, exact=False) for way in self._ways(place.body, depth + 1)]
             case syntax.ProcessBinary(operator="|~|"):
                 return [*self._ways(place.left, depth + 1), *self._ways(place.right, depth + 1)]
             case syntax.ProcessBinary(operator="[]"):
@@ -132,7 +132,7 @@ class _Part:
                     return first
                 return [*[way for way in first if way.channels], *self._ways(place.right, depth + 1)]
             case syntax.Name(parts=("SKIP",)) | syntax.Name(parts=("STOP",)):
-                return [Waiting(frozenset())]
+                return [WaitingState(frozenset())]
             case syntax.Name() | syntax.Apply():
                 bodies = self._called(place)
                 if not bodies:
@@ -140,17 +140,17 @@ class _Part:
                 return [way for body in bodies for way in self._ways(body, depth + 1)]
         raise NotReadable
 
-    def _prefix(self, prefix: syntax.Prefix) -> Waiting:
+    def _prefix(self, prefix: syntax.Prefix) -> WaitingState:
         channel = prefix.channel
         while isinstance(channel, syntax.Paren):
             channel = channel.inner
         if isinstance(channel, syntax.Name) and len(channel.parts) == 1 and channel.parts[0] in self._model.channels:
             exact = all(field.kind == "?" and field.restriction is None and _open(field) for field in prefix.fields)
-            return Waiting(frozenset([channel.parts[0]]), exact)
+            return WaitingState(frozenset([channel.parts[0]]), exact)
         if isinstance(channel, syntax.Dot | syntax.Apply):
             first = channel.function if isinstance(channel, syntax.Apply) else channel.left
             if isinstance(first, syntax.Name) and first.parts[0] in self._model.channels:
-                return Waiting(frozenset([first.parts[0]]), exact=False)
+                return WaitingState(frozenset([first.parts[0]]), exact=False)
         raise NotReadable
 
 
@@ -159,16 +159,16 @@ def _open(field: syntax.Field) -> bool:
     return isinstance(field.pattern, syntax.NamePattern | syntax.Wildcard)
 
 
-def _either(left: Iterable[Waiting], right: Iterable[Waiting]) -> Iterator[Waiting]:
+def _either(left: Iterable[WaitingState], right: Iterable[WaitingState]) -> Iterator[WaitingState]:
     """The ways to wait for one of two."""
     for number, (one, other) in enumerate(product(left, right)):
         if number > _MOST:
             raise NotReadable
         if not one.channels or not other.channels:
             # The other side terminates or stops: with it there is always something, or nothing is demanded.
-            yield Waiting(one.channels | other.channels, exact=False)
+            yield WaitingState(one.channels | other.channels, exact=False)
             continue
-        yield Waiting(one.channels | other.channels, one.exact and other.exact)
+        yield WaitingState(one.channels | other.channels, one.exact and other.exact)
 
 
 def _bodies(equation: syntax.Declaration) -> Iterator[syntax.Expr]:

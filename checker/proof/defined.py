@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 
-from cspcheck.checker.proof.question import Answer, Impossible, Part
+from cspcheck.checker.proof.question import Answer, Constraint, Impossible
 from cspcheck.checker.proof.situation import Situation
 from cspcheck.checker.proof.terms import member, substitute, variables
 from cspcheck.cspm.oz import core
@@ -12,7 +12,7 @@ from cspcheck.cspm.oz.core import Apply, Term, Variable
 from cspcheck.cspm.oz.values.recursion import Recursion, recursions
 from cspcheck.cspm.oz.values.substitution import rebuilt
 
-Refutes = Callable[[list[Part], Term], Answer]
+Refutes = Callable[[list[Constraint], Term], Answer]
 
 
 def defined(situation: Situation, refutes: Refutes) -> dict[str, Recursion]:
@@ -38,7 +38,9 @@ def _depends(situation: Situation, recursion: Recursion) -> set[str]:
     """The constants that its definition speaks of, and those that axioms tie to them, itself perhaps among them."""
     terms = [recursion.base, recursion.step, recursion.constant.carrier]
     names = {name for term in terms for name, role in variables(term) if role == "constant"}
-    parts = [Part(Apply(type=core.BOOL, operator="equal", operands=(v, v)), "") for v in _constants(situation, names)]
+    parts = [
+        Constraint(Apply(type=core.BOOL, operator="equal", operands=(v, v)), "") for v in _constants(situation, names)
+    ]
     known = situation.with_constants(parts)
     return names | {name for part in known for name, role in variables(part.term) if role == "constant"}
 
@@ -49,19 +51,19 @@ def _constants(situation: Situation, names: set[str]) -> list[Variable]:
 
 def _stays_in_range(recursion: Recursion, refutes: Refutes) -> bool:
     table: dict[tuple[str, str], Term] = {}
-    premises: list[Part] = []
+    premises: list[Constraint] = []
     carriers = [*[(b.name, b.type, b.carrier) for b in recursion.binders]]
     carriers.append((recursion.value.name, recursion.value.type, recursion.range))
     for name, type_, carrier in carriers:
         variable = Variable(type=type_, name=name, role="simple")
         table[name, "bound"] = variable
-        premises.append(Part(member(variable, carrier), "argument"))
+        premises.append(Constraint(member(variable, carrier), "argument"))
     base = refutes([], member(recursion.base, recursion.range))
     step = refutes(premises, member(substitute(recursion.step, table), recursion.range))
     return isinstance(base, Impossible) and isinstance(step, Impossible)
 
 
-def without_definitions(parts: Iterable[Part], known: Mapping[str, Recursion]) -> list[Part]:
+def without_definitions(parts: Iterable[Constraint], known: Mapping[str, Recursion]) -> list[Constraint]:
     """The parts of a question without those that say what computed constants are."""
     said = {axiom for recursion in known.values() for axiom in recursion.axioms}
     for recursion in known.values():

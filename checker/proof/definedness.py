@@ -5,8 +5,8 @@ an undefined part of it might be has that value, whichever way round it is writt
 a predicate into one that is defined everywhere and true exactly where the given one is defined and true; formulas are
 made from that.
 
-That every application is defined is an obligation of its own, for each :class:`Application` under what is known where
-it stands. A condition is a core term, so that it can be proved, evaluated and shown like any other.
+That every application is defined is an obligation of its own, for each :class:`ConditionalTerm` under what is known
+where it stands. A condition is a core term, so that it can be proved, evaluated and shown like any other.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from cspcheck.cspm.oz.core import BOOL, INT, Apply, Binder, Constant, Term, Vari
 
 
 @dataclass(frozen=True, slots=True)
-class Application:
+class ConditionalTerm:
     """A place where a term is defined under a condition only.
 
     Attributes:
@@ -105,7 +105,7 @@ class Definedness:
                 return quantified("exists", binders, condition, self._decided(term.body, kind == "exists"))
         return all_of([self.condition(term), term if wanted else negation(term)])
 
-    def applications(self, term: Term) -> Iterator[Application]:
+    def applications(self, term: Term) -> Iterator[ConditionalTerm]:
         """All places of a term where something is defined under a condition only, in the order of evaluation."""
         yield from self._applications(term, (), ())
 
@@ -189,7 +189,9 @@ class Definedness:
             others = [*operands[:position], *filter(self.total, operands[position + 1 :])]
             yield operand, tuple(others if conjunctive else map(negation, others))
 
-    def _applications(self, term: Term, path: tuple[Term, ...], binders: tuple[Binder, ...]) -> Iterator[Application]:
+    def _applications(
+        self, term: Term, path: tuple[Term, ...], binders: tuple[Binder, ...]
+    ) -> Iterator[ConditionalTerm]:
         match term:
             case Apply(operator="and" | "or" as operator, operands=operands):
                 for operand, known in self.known(operands, conjunctive=operator == "and"):
@@ -217,7 +219,7 @@ class Definedness:
         condition, demand = self._own(term)
         condition = simplified(condition)
         if not is_true(condition):
-            yield Application(term, condition, path, binders, demand)
+            yield ConditionalTerm(term, condition, path, binders, demand)
 
 
 def _in_turn(conditions: Iterable[Term], operands: tuple[Term, ...], *, conjunctive: bool) -> Term:

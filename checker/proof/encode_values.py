@@ -14,7 +14,7 @@ import z3
 
 from cspcheck.checker.proof.encoding_rules import LARGEST_EXPANSION
 from cspcheck.checker.proof.one_point import is_universe, simplified
-from cspcheck.checker.proof.sorts import Expr, Sort, Sorts, Unsupported, all_true, any_true, element_of, selected
+from cspcheck.checker.proof.sorts import Expr, QuerySorts, Sort, Unsupported, all_true, any_true, element_of, selected
 from cspcheck.checker.proof.terms import Key, key
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import BOOL, Apply, Constant, Term, Variable
@@ -36,7 +36,7 @@ class Values:
     def __init__(self, specification: core.Specification, scope: int | None = None) -> None:
         self.specification = specification
         self.scope = scope
-        self.sorts = Sorts(specification, scope)
+        self.sorts = QuerySorts(specification, scope)
         self.values: dict[Key, Expr] = {}
         """Formulas for variables, free and bound."""
         self.facts: list[Expr] = []

@@ -14,8 +14,8 @@ from fractions import Fraction
 from itertools import combinations, islice, product
 from typing import Any, cast
 
-from cspcheck.checker.proof.question import Found, Part
-from cspcheck.checker.proof.replay import Replay, Replayed, constant_free, given_reading
+from cspcheck.checker.proof.question import Constraint, Found
+from cspcheck.checker.proof.replay import PredicateReplay, Replayed, constant_free, given_reading
 from cspcheck.checker.proof.terms import element_name, universe, variables_of
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Apply, Constant, Term, Variable
@@ -29,7 +29,7 @@ _NUMBERS = (0, 1, 2, -1, 3, 4, -2, 5, 10)
 def found_in_scope(
     specification: core.Specification,
     model: core.ClassModel | None,
-    parts: Sequence[Part],
+    parts: Sequence[Constraint],
     shown: Iterable[Variable],
     scope: int,
     tried: int,
@@ -45,8 +45,8 @@ def found_in_scope(
         tried: so many values are tried before the search is given up.
         computed: constants that are defined by recursion, for which no values are looked for.
     """
-    from cspcheck.cspm.oz.values.evaluation import Evaluator, Scope
-    from cspcheck.cspm.oz.values.solving import Unknown, solver
+    from cspcheck.cspm.oz.values.evaluation import FrameScope, TermEvaluator
+    from cspcheck.cspm.oz.values.solving import SoughtVariable, solver
     from cspcheck.cspm.oz.values.terms import conjuncts
 
     variables = {**variables_of(part.term for part in parts)}
@@ -60,11 +60,11 @@ def found_in_scope(
     wanted = [t for t in types if not isinstance(t, core.BoolType | core.GivenType)]
     try:
         readings += [_sample(type_, samples.of(type_)) for type_ in wanted]
-        evaluator = Evaluator(replace(specification, readings=tuple(readings)), model)
+        evaluator = TermEvaluator(replace(specification, readings=tuple(readings)), model)
         evaluator.most_tried = tried
-        slots = Scope()
+        slots = FrameScope()
         freed = {key: cast(Variable, constant_free(v)) for key, v in variables.items()}
-        unknowns = [Unknown(v.name, v.role, _any(v.type)) for v in freed.values()]
+        unknowns = [SoughtVariable(v.name, v.role, _any(v.type)) for v in freed.values()]
         predicates = [constant_free(part.term, computed) for part in parts]
         values: dict[Variable, Any] = {}
 
@@ -81,7 +81,7 @@ def found_in_scope(
         return None
     if not ground:
         return None
-    replay = Replay(specification, model, sizes, ground)
+    replay = PredicateReplay(specification, model, sizes, ground)
     return Found(ground) if all(replay.holds(part.term) is Replayed.HOLDS for part in parts) else None
 
 

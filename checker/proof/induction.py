@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
-from cspcheck.checker.proof.question import Part
+from cspcheck.checker.proof.question import Constraint
 from cspcheck.checker.proof.terms import (
     TRUE,
     Key,
@@ -34,7 +34,7 @@ from cspcheck.cspm.oz.core import Apply, Term, Variable
 INDUCTION = "induction"
 """What a part of a question is that is known of smaller values."""
 
-Case = tuple[Part, ...]
+Case = tuple[Constraint, ...]
 """Predicates that no values may satisfy."""
 
 
@@ -47,7 +47,7 @@ class Scheme:
 
 
 def schemes(
-    parts: tuple[Part, ...], on: Variable, frees: Iterable[core.FreeDefinition], axioms: Iterable[Term] = ()
+    parts: tuple[Constraint, ...], on: Variable, frees: Iterable[core.FreeDefinition], axioms: Iterable[Term] = ()
 ) -> list[Scheme]:
     """The ways to show by induction that no values satisfy *parts*; none where there is no induction on the variable.
 
@@ -70,7 +70,7 @@ def _from_the_back(term: Term) -> bool:
 
 
 class _Induction:
-    def __init__(self, parts: tuple[Part, ...], on: Variable) -> None:
+    def __init__(self, parts: tuple[Constraint, ...], on: Variable) -> None:
         self._parts = parts
         self._on = on
         self._carriers = [
@@ -87,7 +87,7 @@ class _Induction:
                 if least is not None:
                     following = Apply(type=core.INT, operator="plus", operands=(on, integer(1)))
                     from_least = Apply(type=core.BOOL, operator="at_most", operands=(least, on))
-                    step = (Part(from_least, "number", total=True), *self._case(following, [on]))
+                    step = (Constraint(from_least, "number", total=True), *self._case(following, [on]))
                     yield Scheme(f"from `{name}` to `{name} + 1`", (self._case(least, []), step))
             case core.SequenceType(element=element):
                 item = self._fresh("x", element)
@@ -102,7 +102,7 @@ class _Induction:
                 larger = Apply(type=on.type, operator="union", operands=(on, one))
                 all_finite = Apply(type=core.SetType(on.type), operator="finset", operands=(universe(element),))
                 new = [member(on, all_finite), negation(member(item, on))]
-                step = (*[Part(term, "set", total=True) for term in new], *self._case(larger, [on]))
+                step = (*[Constraint(term, "set", total=True) for term in new], *self._case(larger, [on]))
                 base = self._case(Apply(type=on.type, operator="set"), [])
                 yield Scheme(f"from `{name}` to `{name} union {{x}}`", (base, step))
             case core.FunctionType(domain=domain, range=range_) if self._is_finite("ffun", "finj"):
@@ -114,7 +114,7 @@ class _Induction:
                 all_finite = Apply(type=core.SetType(on.type), operator="ffun", operands=sides)
                 inside = Apply(type=core.SetType(domain), operator="dom", operands=(on,))
                 new = [member(on, all_finite), negation(member(item, inside))]
-                step = (*[Part(term, "function", total=True) for term in new], *self._case(larger, [on]))
+                step = (*[Constraint(term, "function", total=True) for term in new], *self._case(larger, [on]))
                 base = self._case(Apply(type=on.type, operator="function"), [])
                 yield Scheme(f"from `{name}` to `{name} (+) {{x |-> y}}`", (base, step))
             case core.FreeType(name=type_name) if type_name in frees:
@@ -125,7 +125,7 @@ class _Induction:
     def _case(self, value: Term, smaller: list[Variable]) -> Case:
         """The predicates at a value, where they are known to be impossible at smaller ones."""
         at = tuple(replace(part, term=self._at(part.term, value)) for part in self._parts)
-        known = [Part(term, INDUCTION, total=True) for one in smaller for term in self._hypotheses(one)]
+        known = [Constraint(term, INDUCTION, total=True) for one in smaller for term in self._hypotheses(one)]
         return (*known, *at)
 
     def _at(self, term: Term, value: Term) -> Term:
@@ -158,7 +158,7 @@ class _Induction:
                 argument = items[0]
             built = core.Construct(type=on.type, constructor=constructor, argument=argument)
             smaller = [item for item in items if item.type == on.type]
-            yield (Part(member(argument, carrier), "argument", total=True), *self._case(built, smaller))
+            yield (Constraint(member(argument, carrier), "argument", total=True), *self._case(built, smaller))
 
     # --- what is known of the variable -------------------------------------------------------------------------------
 
@@ -186,18 +186,18 @@ def free(variable: Variable) -> bool:
     return variable.role != "constant"
 
 
-def opened(term: Term) -> tuple[list[Part], Term, dict[str, Variable]]:
+def opened(term: Term) -> tuple[list[Constraint], Term, dict[str, Variable]]:
     """What ``forall d | p @ q`` assumes, what it says, and the variables that it speaks of, by written names."""
-    assumed: list[Part] = []
+    assumed: list[Constraint] = []
     named: dict[str, Variable] = {}
     table: dict[Key, Term] = {}
     while isinstance(term, core.Quantifier) and term.kind == "forall":
         for binder in term.binders:
             name = binder.written if binder.written not in named else binder.name
             variable = Variable(type=binder.type, name=name, role="simple")
-            assumed.append(Part(member(variable, substitute(binder.carrier, table)), f"`{name}`", term.span))
+            assumed.append(Constraint(member(variable, substitute(binder.carrier, table)), f"`{name}`", term.span))
             named[name] = variable
             table[binder.name, "bound"] = variable
-        assumed.append(Part(substitute(term.condition, table), "condition", term.condition.span))
+        assumed.append(Constraint(substitute(term.condition, table), "condition", term.condition.span))
         term = term.body
     return assumed, substitute(term, table), named

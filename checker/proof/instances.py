@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from itertools import islice
 
 from cspcheck.checker.proof.normal import items_of, joined
-from cspcheck.checker.proof.question import Part
+from cspcheck.checker.proof.question import Constraint
 from cspcheck.checker.proof.terms import Key, conjuncts, key, substitute, universe, variables
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import BOOL, Apply, Term, Variable
@@ -267,7 +267,7 @@ def _retyped(type_: core.Type, types: Mapping[str, core.Type]) -> core.Type:
     return type_
 
 
-def ground_terms(parts: Iterable[Part]) -> list[Term]:
+def ground_terms(parts: Iterable[Constraint]) -> list[Term]:
     """The subterms of a question that stand outside all binders, with after-values in the words of equations too."""
     terms = [part.term for part in parts]
     table: dict[Key, Term] = {}

@@ -16,8 +16,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from cspcheck.checker.proof.channel import Foreign, Sources, TooDeep, packed, unpacked
-from cspcheck.checker.proof.question import Found, Part, Request
+from cspcheck.checker.proof.channel import ForeignValue, Sources, TooDeep, packed, unpacked
+from cspcheck.checker.proof.question import Constraint, Found, Request
 from cspcheck.cspm.caches import cache_folder, seal, store, unsealed, usable
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.recursion import deep_recursion
@@ -52,7 +52,7 @@ class KeptAnswers:
         asked = (request.verb, request.what, request.seconds, request.scopes, request.seed)
         return _digest((_versions(), self._digest, asked))
 
-    def find(self, key: str, parts: tuple[Part, ...]) -> Kept | None:
+    def find(self, key: str, parts: tuple[Constraint, ...]) -> Kept | None:
         """The answer with a name. What it says of the parts of the question is said of *parts*."""
         folder = _folder()
         path = None if folder is None else _path(folder, key)
@@ -61,13 +61,13 @@ class KeptAnswers:
             return None
         try:
             answer = unpacked(content, Sources())
-        except Foreign:
+        except ForeignValue:
             return None
         with contextlib.suppress(OSError):
             os.utime(path)
         return Kept(_placed(answer, parts))
 
-    def keep(self, key: str, answer: Any, parts: tuple[Part, ...]) -> None:
+    def keep(self, key: str, answer: Any, parts: tuple[Constraint, ...]) -> None:
         """Keep an answer under its name."""
         folder = _folder()
         if folder is None:
@@ -100,11 +100,11 @@ def tidy(folder: Path, most: int = MOST_BYTES) -> None:
         total -= size
 
 
-def _numbered(answer: Any, parts: tuple[Part, ...]) -> Any:
+def _numbered(answer: Any, parts: tuple[Constraint, ...]) -> Any:
     """An answer with the numbers of parts for the parts, and no places of its own."""
     places = {id(part): number for number, part in enumerate(parts)}
 
-    def number(part: Part) -> int:
+    def number(part: Constraint) -> int:
         return places.get(id(part), next((n for n, other in enumerate(parts) if other == part), -1))
 
     if isinstance(answer, Found):
@@ -114,7 +114,7 @@ def _numbered(answer: Any, parts: tuple[Part, ...]) -> Any:
     return ("other", answer)
 
 
-def _placed(answer: Any, parts: tuple[Part, ...]) -> Any:
+def _placed(answer: Any, parts: tuple[Constraint, ...]) -> Any:
     match answer:
         case ("found", items, vouched):
             return Found(dict(items), tuple(parts[number] for number in vouched))

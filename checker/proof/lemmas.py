@@ -16,7 +16,7 @@ from cspcheck.checker.proof.induction import INDUCTION, opened
 from cspcheck.checker.proof.instances import ground_terms, matches, retyped
 from cspcheck.checker.proof.normal import normal
 from cspcheck.checker.proof.one_point import simplified
-from cspcheck.checker.proof.question import Part
+from cspcheck.checker.proof.question import Constraint
 from cspcheck.checker.proof.situation import Situation
 from cspcheck.checker.proof.terms import (
     TRUE,
@@ -59,7 +59,7 @@ class Claim:
     """
 
     lemma: core.Lemma
-    premises: tuple[Part, ...] = ()
+    premises: tuple[Constraint, ...] = ()
     law: bool = False
 
     @property
@@ -93,7 +93,7 @@ def law(name: str) -> Claim | None:
     return Claim(laws.laws()[name], law=True)
 
 
-def fitting_laws(parts: Sequence[Part]) -> list[Claim]:
+def fitting_laws(parts: Sequence[Constraint]) -> list[Claim]:
     """The laws whose operators a question has."""
     spoken = _operators(part.term for part in parts)
     fitting = []
@@ -105,7 +105,7 @@ def fitting_laws(parts: Sequence[Part]) -> list[Claim]:
     return fitting
 
 
-def is_beyond(parts: Sequence[Part]) -> bool:
+def is_beyond(parts: Sequence[Constraint]) -> bool:
     """Whether a question has operators that the solver knows next to nothing of without laws."""
     return not _operators(part.term for part in parts).isdisjoint(_BEYOND)
 
@@ -153,9 +153,9 @@ class Rule:
         """What holds of values of the variables."""
         return implication(all_of(self.premises), self.said)
 
-    def part(self, term: Term) -> Part:
+    def part(self, term: Term) -> Constraint:
         """A part of a question that says something of this."""
-        return Part(term, self.what, self.span, total=True)
+        return Constraint(term, self.what, self.span, total=True)
 
 
 def rules(claims: Iterable[Claim], definedness: Definedness) -> list[Rule]:
@@ -180,7 +180,7 @@ def rules(claims: Iterable[Claim], definedness: Definedness) -> list[Rule]:
 _FUNCTIONS = ("fun", "pfun", "ffun")
 
 
-def rules_of(part: Part) -> list[Rule]:
+def rules_of(part: Constraint) -> list[Rule]:
     """What a part that is defined everywhere says of all values, where that is all it says; none otherwise.
 
     Such a part is a predicate for all values, or that a function goes from one set to another.
@@ -210,7 +210,7 @@ def rules_of(part: Part) -> list[Rule]:
     return []
 
 
-def whole(rule: Rule) -> Iterator[Part]:
+def whole(rule: Rule) -> Iterator[Constraint]:
     """What a rule says of all values, as parts of a question; nothing for one with generic parameters."""
     if rule.givens:
         return
@@ -219,9 +219,9 @@ def whole(rule: Rule) -> Iterator[Part]:
         yield rule.part(quantified("forall", binders, TRUE, substitute(term, table)))
 
 
-def instances(rules_: Sequence[Rule], parts: Sequence[Part], definedness: Definedness) -> tuple[Part, ...]:
+def instances(rules_: Sequence[Rule], parts: Sequence[Constraint], definedness: Definedness) -> tuple[Constraint, ...]:
     """What rules say of the terms of a question, and of the terms in that."""
-    found: dict[Part, None] = {}
+    found: dict[Constraint, None] = {}
     terms = ground_terms(parts)
     for round_ in range(_ROUNDS):
         before = len(found)
@@ -237,7 +237,7 @@ def instances(rules_: Sequence[Rule], parts: Sequence[Part], definedness: Define
     return tuple(found)
 
 
-def _of_terms(rule: Rule, terms: Sequence[Term], definedness: Definedness, *, guess: bool) -> Iterator[Part]:
+def _of_terms(rule: Rule, terms: Sequence[Term], definedness: Definedness, *, guess: bool) -> Iterator[Constraint]:
     if not rule.unknowns:
         yield rule.part(rule.body)
         return
@@ -248,6 +248,6 @@ def _of_terms(rule: Rule, terms: Sequence[Term], definedness: Definedness, *, gu
             yield rule.part(implication(defined, normal(substitute(term, match.terms))))
 
 
-def named(parts: Iterable[Part]) -> tuple[str, ...]:
+def named(parts: Iterable[Constraint]) -> tuple[str, ...]:
     """The names of the lemmas among parts of a question, each once."""
     return tuple(dict.fromkeys(part.what.removeprefix(PREFIX) for part in parts if part.what.startswith(PREFIX)))

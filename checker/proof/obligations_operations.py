@@ -9,7 +9,7 @@ from cspcheck.checker.proof.finding import Finding
 from cspcheck.checker.proof.obligations_states import invariant_goals
 from cspcheck.checker.proof.one_point import eliminated, is_universe
 from cspcheck.checker.proof.prover import ObligationReport, Prover
-from cspcheck.checker.proof.question import Found, Impossible, Part
+from cspcheck.checker.proof.question import Constraint, Found, Impossible
 from cspcheck.checker.proof.situation import parameter_variable, speaks_of, state_variable
 from cspcheck.checker.proof.terms import (
     TRUE,
@@ -100,12 +100,12 @@ def is_quantified(term: Term) -> bool:
     return isinstance(term, core.Quantifier) and term.kind == "exists"
 
 
-def _after_goals(prover: Prover, constraints: list[Part]) -> Iterator[Part]:
+def _after_goals(prover: Prover, constraints: list[Constraint]) -> Iterator[Constraint]:
     """The goals of the invariant, said of the state afterwards; *constraints* speak of it already."""
-    before = [Part(_unprimed(part.term, prover), part.what, part.span) for part in constraints]
+    before = [Constraint(_unprimed(part.term, prover), part.what, part.span) for part in constraints]
     for goal in invariant_goals(prover, before):
         (term,) = _primed_goal(goal.term, prover)
-        yield Part(term, goal.what, goal.span)
+        yield Constraint(term, goal.what, goal.span)
 
 
 _MARK = "%was"

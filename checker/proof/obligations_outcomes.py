@@ -8,7 +8,7 @@ from dataclasses import replace
 from cspcheck.checker.proof.finding import Finding
 from cspcheck.checker.proof.one_point import simplified
 from cspcheck.checker.proof.prover import ObligationReport, Prover
-from cspcheck.checker.proof.question import Found, Impossible, Part
+from cspcheck.checker.proof.question import Constraint, Found, Impossible
 from cspcheck.checker.proof.situation import parameter_variable, second, state_variable
 from cspcheck.checker.proof.terms import (
     FALSE,
@@ -46,7 +46,7 @@ def inputs_usable(prover: Prover, report: ObligationReport, operation: Operation
         for value in values:
             if _declared_away(operation, variable, value):
                 continue
-            parts = [*situation.step(operation), Part(equal(variable, value), "input")]
+            parts = [*situation.step(operation), Constraint(equal(variable, value), "input")]
             answer = prover.find(parts, situation.shown(operation))
             lines = prover.lines(parts) if isinstance(answer, Impossible) else ()
             shown = f"{written(variable)} = {text(value)}"
@@ -105,7 +105,7 @@ def branch_reachable(prover: Prover, report: ObligationReport, operation: Operat
     for term in (*operation.guard, *operation.effect):
         for part in conjuncts(term):
             for condition in branches(part):
-                parts = [*situation.step(operation), Part(condition, "branch", condition.span or part.span)]
+                parts = [*situation.step(operation), Constraint(condition, "branch", condition.span or part.span)]
                 answer = prover.find(parts, situation.shown(operation))
                 lines = prover.lines(parts) if isinstance(answer, Impossible) else ()
                 yield report.existential(
@@ -150,13 +150,15 @@ def deterministic(prover: Prover, report: ObligationReport, operation: Operation
     """``Op(S, in, S1, o1) and Op(S, in, S2, o2) => S1 = S2 and o1 = o2``, a finding for each variable."""
     situation = prover.situation
     step = situation.step(operation)
-    again = [Part(term, part.what, part.span) for part, term in zip(step, second(p.term for p in step), strict=True)]
+    again = [
+        Constraint(term, part.what, part.span) for part, term in zip(step, second(p.term for p in step), strict=True)
+    ]
     both = [*step, *[part for part in again if part not in step]]
     results: list[Variable] = [parameter_variable(p) for p in operation.parameters if p.kind == "output"]
     results += [state_variable(d, "after") for d in situation.variables if _may_change(prover, operation, d.name)]
     for result in results:
         other = replace(result, name=f"{result.name}%second")
-        answer = prover.find([*both, Part(negation(equal(result, other)), "claim")], situation.shown(operation))
+        answer = prover.find([*both, Constraint(negation(equal(result, other)), "claim")], situation.shown(operation))
         name = written(result)
         finding = report.universal(
             answer,
@@ -198,8 +200,8 @@ def output_defined(prover: Prover, report: ObligationReport, operation: Operatio
             yield report.finding("proved", operation, detail=f"`{written(output)}`", span=parameter.span)
             continue
         other = replace(output, name=f"{output.name}%second")
-        again = [Part(substitute(p.term, {own: other}), p.what, p.span) for p in step if mentions(p.term, [own])]
-        parts = [*step, *again, Part(negation(equal(output, other)), "claim"), Part(free, "claim")]
+        again = [Constraint(substitute(p.term, {own: other}), p.what, p.span) for p in step if mentions(p.term, [own])]
+        parts = [*step, *again, Constraint(negation(equal(output, other)), "claim"), Constraint(free, "claim")]
         answer = prover.find(parts, situation.shown(operation))
         finding = report.universal(
             answer,
@@ -243,7 +245,7 @@ def delta_changes(prover: Prover, report: ObligationReport, operation: Operation
         if declared.name not in operation.delta:
             continue
         before, after = state_variable(declared, "before"), state_variable(declared, "after")
-        changed = Part(negation(equal(after, before)), "claim")
+        changed = Constraint(negation(equal(after, before)), "claim")
         answer = prover.find([*step, changed], situation.shown(operation))
         yield report.existential(
             answer,

@@ -10,7 +10,7 @@ from cspcheck.checker.proof.control import control_states
 from cspcheck.checker.proof.defined import without_definitions
 from cspcheck.checker.proof.finding import Finding
 from cspcheck.checker.proof.prover import ObligationReport, Prover
-from cspcheck.checker.proof.question import Impossible, Part, Question
+from cspcheck.checker.proof.question import Constraint, Impossible, Question
 from cspcheck.checker.proof.situation import Situation, parameter_variable, speaks_of
 from cspcheck.checker.proof.terms import (
     FALSE,
@@ -46,7 +46,7 @@ def axioms_consistent(prover: Prover, report: ObligationReport) -> Iterator[Find
     situation = prover.situation
     if not situation.constants and not situation.axioms:
         return
-    parts: tuple[Part, ...] = situation.all_constants()
+    parts: tuple[Constraint, ...] = situation.all_constants()
     without = tuple(without_definitions(parts, prover.defined))
     alone = not any(
         role == "constant" and name in prover.defined for part in without for name, role in variables_of([part.term])
@@ -126,8 +126,8 @@ def initial_invariant(prover: Prover, report: ObligationReport) -> Iterator[Find
 
 
 def invariant_goals(
-    prover: Prover, constraints: list[Part], following: Iterable[Declared] | None = None
-) -> Iterator[Part]:
+    prover: Prover, constraints: list[Constraint], following: Iterable[Declared] | None = None
+) -> Iterator[Constraint]:
     """The invariant as goals over the state before: each conjunct without *following* variables, and one for the rest.
 
     Those (by default the secondary ones) follow the others: it is enough that they can have values, those that
@@ -135,22 +135,22 @@ def invariant_goals(
     """
     situation = prover.situation
     following = tuple(situation.model.secondary if following is None else following)
-    about_them: list[Part] = list(constraints)
+    about_them: list[Constraint] = list(constraints)
     for part in situation.invariant():
         if _about(part, following):
             about_them.append(part)
         else:
-            yield Part(part.term, f"`{text(part.term)}`", part.span)
+            yield Constraint(part.term, f"`{text(part.term)}`", part.span)
     if not about_them:
         return
     unknowns = [Unknown(Variable(type=d.type, name=d.name, role="before"), d.carrier) for d in following]
     binders, table = bound_by(unknowns)
     body: Term = all_of(substitute(part.term, table) for part in about_them)
     names = ", ".join(f"`{d.name}`" for d in following)
-    yield Part(quantified("exists", binders, TRUE, body), f"values for {names}", about_them[-1].span)
+    yield Constraint(quantified("exists", binders, TRUE, body), f"values for {names}", about_them[-1].span)
 
 
-def _about(part: Part, variables: Iterable[Declared]) -> bool:
+def _about(part: Constraint, variables: Iterable[Declared]) -> bool:
     return speaks_of(part, [(d.name, "before") for d in variables])
 
 

@@ -14,7 +14,7 @@ from fractions import Fraction
 from cspcheck.checker.proof.encode_functions import first_of
 from cspcheck.checker.proof.one_point import eliminated, simplified
 from cspcheck.checker.proof.prover import Prover
-from cspcheck.checker.proof.question import Impossible, Part
+from cspcheck.checker.proof.question import Constraint, Impossible
 from cspcheck.checker.proof.terms import (
     TRUE,
     Unknown,
@@ -70,7 +70,7 @@ def precondition(prover: Prover, operation: Operation) -> Precondition:
 
 
 def _without_quantifiers(
-    prover: Prover, known: list[Part], unknowns: tuple[Unknown, ...], terms: tuple[Term, ...]
+    prover: Prover, known: list[Constraint], unknowns: tuple[Unknown, ...], terms: tuple[Term, ...]
 ) -> list[Term]:
     """``exists unknowns @ terms`` as conjuncts, without the quantifier where that can be done."""
     if not unknowns:
@@ -87,7 +87,9 @@ def _without_quantifiers(
     return [*outside, *(conjuncts(solved) if solved is not None else [whole])]
 
 
-def _by_cases(prover: Prover, known: list[Part], unknowns: tuple[Unknown, ...], terms: list[Term]) -> list[Term] | None:
+def _by_cases(
+    prover: Prover, known: list[Constraint], unknowns: tuple[Unknown, ...], terms: list[Term]
+) -> list[Term] | None:
     """``exists unknowns @ terms`` as implications, one for each case of the conditions that terms have.
 
     None where there are no cases, too many, or one that still needs a quantifier.
@@ -110,12 +112,12 @@ def _by_cases(prover: Prover, known: list[Part], unknowns: tuple[Unknown, ...], 
                 if solved is None:
                     return None
                 parts = [solved]
-            premises = [*known, *[Part(term, "case") for term in case]]
+            premises = [*known, *[Constraint(term, "case") for term in case]]
             rest = _necessary(prover, premises, list(conjuncts(tidied(all_of(parts)))))
             found.append(implication(all_of(_brief(prover, known, case)), all_of(rest)))
             continue
         for condition in (negation(split), split):
-            premises = [*known, *[Part(term, "case") for term in (*case, condition)]]
+            premises = [*known, *[Constraint(term, "case") for term in (*case, condition)]]
             if isinstance(prover.find(premises), Impossible):
                 continue
             chosen = [_chosen(part, split, condition is split) for part in parts]
@@ -152,11 +154,11 @@ def _chosen(part: Term, split: Term, truth: bool) -> Term:
     return simplified(decided(part))
 
 
-def _brief(prover: Prover, known: list[Part], case: list[Term]) -> list[Term]:
+def _brief(prover: Prover, known: list[Constraint], case: list[Term]) -> list[Term]:
     """The conditions of a case that do not follow from the others; negated ones go first."""
     kept = list(case)
     for term in sorted(case, key=lambda t: not (isinstance(t, Apply) and t.operator == "not")):
-        others = [Part(other, "case") for other in kept if other is not term]
+        others = [Constraint(other, "case") for other in kept if other is not term]
         if isinstance(prover.refutes([*known, *others], term), Impossible):
             kept = [other for other in kept if other is not term]
     return kept
@@ -285,7 +287,7 @@ def _plus(left: Term | None, right: Term) -> Term:
     return Apply(type=right.type, operator="plus", operands=(left, right))
 
 
-def _necessary(prover: Prover, known: Iterable[Part], terms: list[Term]) -> list[Term]:
+def _necessary(prover: Prover, known: Iterable[Constraint], terms: list[Term]) -> list[Term]:
     """The conjuncts that do not follow from what is known and from each other; definedness conditions go first."""
     kept = list(dict.fromkeys(part for term in terms for part in conjuncts(term)))
     if any(map(is_false, kept)):
@@ -293,7 +295,7 @@ def _necessary(prover: Prover, known: Iterable[Part], terms: list[Term]) -> list
     known = list(known)
     # The longest go first: short ones say the same more plainly.
     for term in sorted(kept, key=lambda kept_term: -len(text(kept_term))):
-        others = [Part(other, "precondition") for other in kept if other is not term]
+        others = [Constraint(other, "precondition") for other in kept if other is not term]
         if isinstance(prover.refutes([*known, *others], term), Impossible):
             kept = [other for other in kept if other is not term]
     return kept

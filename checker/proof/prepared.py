@@ -6,14 +6,14 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from cspcheck.checker.proof.normal import normal
-from cspcheck.checker.proof.question import Part
+from cspcheck.checker.proof.question import Constraint
 from cspcheck.checker.proof.terms import Key, conjuncts, key, member, negation, substitute, variables
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import BOOL, Apply, Term, Variable
 from cspcheck.cspm.oz.values.substitution import rebuilt
 
 
-def prepared(parts: Iterable[Part]) -> tuple[Part, ...]:
+def prepared(parts: Iterable[Constraint]) -> tuple[Constraint, ...]:
     """Parts that can be satisfied exactly where *parts* can; the values of other variables stay the same.
 
     What some value satisfies gets a name, and what equations say of after-values and outputs is put in their place.
@@ -64,7 +64,7 @@ def _opened(term: Term) -> Iterator[Term]:
         yield from _opened(body if positive else negation(body))
 
 
-def _equations(parts: Iterable[Part]) -> Iterator[tuple[Key, Term]]:
+def _equations(parts: Iterable[Constraint]) -> Iterator[tuple[Key, Term]]:
     """One equation that says what an after-value or an output is."""
     for part in parts:
         if isinstance(part.term, Apply) and part.term.operator == "equal":

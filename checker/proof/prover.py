@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import cached_property
 
 from cspcheck.checker.proof.cases import cases
-from cspcheck.checker.proof.client import Solver
+from cspcheck.checker.proof.client import SolverClient
 from cspcheck.checker.proof.defined import defined, with_domains, without_definitions
 from cspcheck.checker.proof.finding import Finding, Severity, Status
 from cspcheck.checker.proof.finite import found_in_scope, is_small
@@ -30,13 +30,13 @@ from cspcheck.checker.proof.normal import normal
 from cspcheck.checker.proof.prepared import lifted, prepared
 from cspcheck.checker.proof.question import (
     Answer,
+    Constraint,
     Found,
     Help,
     Impossible,
     NotUpTo,
-    Part,
     Question,
-    Settings,
+    SolverSettings,
     Unanswered,
 )
 from cspcheck.checker.proof.situation import Situation
@@ -67,14 +67,14 @@ class Prover:
         self,
         specification: core.Specification,
         model: core.ClassModel,
-        settings: Settings | None = None,
+        settings: SolverSettings | None = None,
         clock: Callable[[], float] = time.monotonic,
         *,
         thorough: bool = True,
         claims: Mapping[str, Claim] | None = None,
     ) -> None:
         self.situation = Situation(specification, model)
-        self.solver = Solver(specification, model, settings, clock)
+        self.solver = SolverClient(specification, model, settings, clock)
         self.clock = clock
         self._thorough = thorough
         self._possible: dict[tuple[str, str], Answer] = {}
@@ -99,15 +99,15 @@ class Prover:
 
     # --- asking ------------------------------------------------------------------------------------------------------
 
-    def find(self, parts: Iterable[Part], shown: Iterable[Variable] = ()) -> Answer:
+    def find(self, parts: Iterable[Constraint], shown: Iterable[Variable] = ()) -> Answer:
         """Values that satisfy *parts*, and the constants' axioms with them."""
         return self._asked(parts, shown, first=False)
 
-    def refutes(self, premises: Iterable[Part], goal: Term, shown: Iterable[Variable] = ()) -> Answer:
+    def refutes(self, premises: Iterable[Constraint], goal: Term, shown: Iterable[Variable] = ()) -> Answer:
         """Values that satisfy *premises*, but not *goal*."""
         return self._asked([*premises, self.fails(goal)], shown, first=True)
 
-    def _asked(self, parts: Iterable[Part], shown: Iterable[Variable], *, first: bool) -> Answer:
+    def _asked(self, parts: Iterable[Constraint], shown: Iterable[Variable], *, first: bool) -> Answer:
         """Values that satisfy *parts*: found in small scopes, or by the solver for the whole or case by case.
 
         *first*: look in small scopes before the solver is asked, where what is claimed is that there are none.
@@ -179,7 +179,7 @@ class Prover:
         finally:
             self._used, self._missing = kept
 
-    def _with_help(self, whole: tuple[Part, ...]) -> bool:
+    def _with_help(self, whole: tuple[Constraint, ...]) -> bool:
         """Whether what the user names proves that nothing satisfies *whole*."""
         claims = []
         for name in self.help.using:
@@ -199,7 +199,7 @@ class Prover:
             )
         return bool(claims) and self._is_impossible(whole, claims)
 
-    def _with_what_there_is(self, whole: tuple[Part, ...], depth: int) -> bool:
+    def _with_what_there_is(self, whole: tuple[Constraint, ...], depth: int) -> bool:
         """Whether the lemmas that there are, and the laws of the toolkit, prove that nothing satisfies *whole*."""
         laws_proved = any(claim is not None and claim.law for claim in map(self.claims.get, self._proving))
         if self._late() or laws_proved or self._computing:
@@ -208,7 +208,7 @@ class Prover:
         claims = [claim for claim in map(self.claims.get, names) if claim is not None and self._holds(claim)]
         return self._is_impossible(whole, [*claims, *fitting_laws(whole)], depth)
 
-    def _is_impossible(self, parts: tuple[Part, ...], claims: Sequence[Claim], depth: int = 2) -> bool:
+    def _is_impossible(self, parts: tuple[Constraint, ...], claims: Sequence[Claim], depth: int = 2) -> bool:
         """Whether lemmas prove that nothing satisfies *parts*.
 
         *depth* 1: by what they, and all else that holds of all values, say of the terms in the parts; 2: by all of it.
@@ -217,7 +217,7 @@ class Prover:
         spoken = [rule.part(rule.body) for rule in helping]
         known = self.situation.with_constants((*parts, *spoken))[: -len(spoken) or None]
         total = [replace(part, term=normal(part.term), total=True) for part in self._total(known)]
-        plain: list[Part] = []
+        plain: list[Constraint] = []
         quantified: list[Rule] = []
         for part in total:
             found = rules_of(part)
@@ -236,7 +236,9 @@ class Prover:
                 return True
         return False
 
-    def _in_scopes(self, parts: tuple[Part, ...], shown: tuple[Variable, ...], scopes: dict[int, int]) -> Found | None:
+    def _in_scopes(
+        self, parts: tuple[Constraint, ...], shown: tuple[Variable, ...], scopes: dict[int, int]
+    ) -> Found | None:
         known = self.defined if self._speaks_of_recursion(parts) else {}
         total = self._total(without_definitions(parts, known))
         total = [replace(part, term=with_domains(part.term, known)) for part in total] if known else total
@@ -258,17 +260,17 @@ class Prover:
         finally:
             self._computing, self.help = False, before
 
-    def _speaks_of_recursion(self, parts: Iterable[Part]) -> bool:
+    def _speaks_of_recursion(self, parts: Iterable[Constraint]) -> bool:
         candidates = recursions(self.situation.constants, self.situation.axioms)
         spoken = {name for part in parts for name, role in variables(part.term) if role == "constant"}
         return not self._computing and not spoken.isdisjoint(candidates)
 
-    def _total(self, parts: Iterable[Part]) -> list[Part]:
+    def _total(self, parts: Iterable[Constraint]) -> list[Constraint]:
         """The parts as conjuncts that are defined everywhere."""
         holding = self.solver.definedness.holding
         return [replace(p, term=t) for p in parts for t in ((p.term,) if p.total else holding([p.term]))]
 
-    def _by_cases(self, parts: tuple[Part, ...], shown: tuple[Variable, ...]) -> Answer | None:
+    def _by_cases(self, parts: tuple[Constraint, ...], shown: tuple[Variable, ...]) -> Answer | None:
         """The question for each case of a disjunction or conditional by itself; None where that does not decide it."""
         split = cases(parts, self.solver.definedness.total)
         for case in split:
@@ -281,7 +283,7 @@ class Prover:
                 return None
         return Impossible() if split else None
 
-    def _in_plain_words(self, parts: tuple[Part, ...]) -> Impossible | None:
+    def _in_plain_words(self, parts: tuple[Constraint, ...]) -> Impossible | None:
         """Whether nothing satisfies the parts: each case with its quantifiers opened and its equations worked out."""
         total = tuple(replace(part, term=lifted(part.term)) for part in self._total(parts))
         for case in cases(total, lambda term: True) or [total]:
@@ -297,9 +299,9 @@ class Prover:
         deadline = self.solver.settings.deadline
         return deadline is not None and self.clock() >= deadline
 
-    def fails(self, goal: Term) -> Part:
+    def fails(self, goal: Term) -> Constraint:
         """That a predicate is false or undefined."""
-        return Part(negation(all_of(self.solver.definedness.holding([goal]))), "claim", goal.span, total=True)
+        return Constraint(negation(all_of(self.solver.definedness.holding([goal]))), "claim", goal.span, total=True)
 
     def performed(self, operation: core.Operation) -> Answer:
         """Whether the operation can ever be performed; asked once."""
@@ -320,7 +322,7 @@ class Prover:
 
     # --- telling -----------------------------------------------------------------------------------------------------
 
-    def lines(self, parts: Iterable[Part]) -> tuple[Span, ...]:
+    def lines(self, parts: Iterable[Constraint]) -> tuple[Span, ...]:
         """The lines that cannot hold together, of parts that cannot."""
         conflict = self.solver.conflict(self.situation.with_constants(parts))
         spans = {(s.start, s.end): s for s in (part.span for part in conflict) if s is not None}

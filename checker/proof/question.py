@@ -11,7 +11,7 @@ from cspcheck.cspm.source import Span
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class Constraint:
     """A predicate that the values asked for must satisfy.
 
     Attributes:
@@ -35,7 +35,7 @@ class Question:
     ``proof`` it is only to be proved that there are none, in that share of the time: values are not looked for.
     """
 
-    parts: tuple[Part, ...]
+    parts: tuple[Constraint, ...]
     shown: tuple[Variable, ...] = ()
     proof: float = 0.0
 
@@ -68,7 +68,7 @@ class Found:
     """
 
     values: Mapping[Variable, Term]
-    vouched: tuple[Part, ...] = ()
+    vouched: tuple[Constraint, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +95,7 @@ class Unanswered:
 
 
 @dataclass(frozen=True, slots=True)
-class Clause:
+class ProofClause:
     """That a predicate holds behind another, or that something is impossible.
 
     Attributes:
@@ -121,7 +121,7 @@ class Horn:
 
     places: int
     variables: tuple[Variable, ...]
-    clauses: tuple[Clause, ...]
+    clauses: tuple[ProofClause, ...]
 
     def afterwards(self) -> tuple[Variable, ...]:
         """The variables as they are after a step; constants are the same."""
@@ -139,7 +139,7 @@ Answer: TypeAlias = Found | Impossible | NotUpTo | Unanswered
 
 
 @dataclass(slots=True)
-class Settings:
+class SolverSettings:
     """How long and how the solver tries.
 
     Attributes:
@@ -167,7 +167,7 @@ class Request:
     Attributes:
         verb: ``ask``, ``conflict``, ``core``, ``eliminate`` or ``solve``.
         what: a question, parts, a term, or clauses.
-        seconds, scopes, seed: see :class:`Settings`.
+        seconds, scopes, seed: see :class:`SolverSettings`.
         name, first_query: what queries are called when they are written out, and the number of the first.
         smtlib: whether they are to be written out.
         subject: the number of what it is about; that itself where the process does not know it yet.

@@ -23,7 +23,7 @@ class Unreadable(Exception):
     """A value that has no term: an irrational number, a function of the solver without a table."""
 
 
-class Reader:
+class ModelReader:
     """Reads the values of one model."""
 
     def __init__(self, encoder: Encoder, model: Expr) -> None:

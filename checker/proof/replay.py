@@ -27,7 +27,7 @@ class Replayed(Enum):
     UNDECIDED = "undecided"
 
 
-class Replay:
+class PredicateReplay:
     """Evaluates predicates at given values.
 
     Args:
@@ -43,11 +43,11 @@ class Replay:
         sizes: Mapping[str, int],
         values: Mapping[Variable, Term],
     ) -> None:
-        from cspcheck.cspm.oz.values.evaluation import Evaluator
+        from cspcheck.cspm.oz.values.evaluation import TermEvaluator
 
         # The script's own finite readings would make the predicates say something else.
         readings = tuple(given_reading(name, size) for name, size in sizes.items())
-        self._evaluator = Evaluator(replace(specification, readings=readings), model)
+        self._evaluator = TermEvaluator(replace(specification, readings=readings), model)
         self._computed = frozenset(self._evaluator.recursions)
         self._assignment: dict[Any, Any] = {}
         self._unreadable = False

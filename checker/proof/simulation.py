@@ -17,7 +17,16 @@ from dataclasses import dataclass, replace
 from cspcheck.checker.proof.finding import Finding
 from cspcheck.checker.proof.lemmas import claims_of
 from cspcheck.checker.proof.prover import Prover, values_of
-from cspcheck.checker.proof.question import Answer, Found, Help, Impossible, NotUpTo, Part, Settings, Unanswered
+from cspcheck.checker.proof.question import (
+    Answer,
+    Constraint,
+    Found,
+    Help,
+    Impossible,
+    NotUpTo,
+    SolverSettings,
+    Unanswered,
+)
 from cspcheck.checker.proof.situation import Situation, parameter_variable, state_variable
 from cspcheck.checker.proof.terms import (
     TRUE,
@@ -95,7 +104,9 @@ def projection(specification: core.Specification, parent: str, child: str) -> Re
 class Simulation:
     """The rules for one pair of classes."""
 
-    def __init__(self, specification: core.Specification, relation: Relation, settings: Settings | None = None) -> None:
+    def __init__(
+        self, specification: core.Specification, relation: Relation, settings: SolverSettings | None = None
+    ) -> None:
         # What the relation says of constants alone is taken for granted: it says which systems are compared.
         fixed = tuple(term for term in relation.predicates if all(role == "constant" for _, role in variables(term)))
         predicates = tuple(term for term in relation.predicates if term not in fixed)
@@ -120,15 +131,15 @@ class Simulation:
 
     # --- the relation -------------------------------------------------------------------------------------------------
 
-    def related(self) -> tuple[Part, ...]:
+    def related(self) -> tuple[Constraint, ...]:
         """That the states before are related."""
-        return tuple(Part(term, "retrieve relation", term.span) for term in self.relation.predicates)
+        return tuple(Constraint(term, "retrieve relation", term.span) for term in self.relation.predicates)
 
-    def related_after(self) -> tuple[Part, ...]:
+    def related_after(self) -> tuple[Constraint, ...]:
         """That the states afterwards are related."""
         terms = primed(self.relation.predicates)
         return tuple(
-            Part(term, "retrieve relation afterwards", old.span)
+            Constraint(term, "retrieve relation afterwards", old.span)
             for term, old in zip(terms, self.relation.predicates, strict=True)
         )
 
@@ -177,21 +188,21 @@ class Simulation:
         enabled_old, enabled_new = self.abstract.enabled(old), self.concrete.enabled(new)
         yield self._universal(
             "applicability",
-            self.prover.refutes([*known, Part(enabled_old, "abstract")], enabled_new, shown),
+            self.prover.refutes([*known, Constraint(enabled_old, "abstract")], enabled_new, shown),
             f"`{self.relation.abstract}` offers the operation here, and `{self.relation.concrete}` refuses it",
             old,
         )
         yield self._universal(
             "applicability",
-            self.prover.refutes([*known, Part(enabled_new, "concrete")], enabled_old, shown),
+            self.prover.refutes([*known, Constraint(enabled_new, "concrete")], enabled_old, shown),
             f"`{self.relation.concrete}` offers the operation here, and `{self.relation.abstract}` refuses it",
             old,
             detail="back",
         )
         premises = [*known]
         if old.form in ("guarded", "effect"):
-            defined = Part(self.abstract.possible(old), "abstract effect possible")
-            premises += [Part(enabled_old, "abstract guard"), defined]
+            defined = Constraint(self.abstract.possible(old), "abstract effect possible")
+            premises += [Constraint(enabled_old, "abstract guard"), defined]
             yield self._universal(
                 "definedness",
                 self.prover.refutes(premises, self.concrete.possible(new), shown),
@@ -201,7 +212,9 @@ class Simulation:
         elif new.form in ("guarded", "effect"):
             yield self._universal(
                 "definedness",
-                self.prover.refutes([*known, Part(enabled_new, "concrete guard")], self.concrete.possible(new), shown),
+                self.prover.refutes(
+                    [*known, Constraint(enabled_new, "concrete guard")], self.concrete.possible(new), shown
+                ),
                 f"`{self.relation.concrete}` diverges",
                 old,
             )
@@ -300,7 +313,7 @@ class Simulation:
             claim = implication(substitute(enabled_old, table), substitute(enabled_new, table))
             if not is_true(claim):
                 rules.append(quantified("forall", binders, TRUE, claim))
-        parts = (*self.abstract.state(), *self.related(), *[Part(rule, "applicability") for rule in rules])
+        parts = (*self.abstract.state(), *self.related(), *[Constraint(rule, "applicability") for rule in rules])
         return self._some_abstract(parts)
 
     def _some_source(self, old: Operation) -> Term:
@@ -340,7 +353,7 @@ class Simulation:
     def _channels(self, channel: core.Channel, message: str) -> Finding:
         return self._finding("channels", "refuted", message=message, span=channel.span)
 
-    def _some_abstract(self, parts: Iterable[Part]) -> Term:
+    def _some_abstract(self, parts: Iterable[Constraint]) -> Term:
         """That some values of the abstract state satisfy parts."""
         unknowns = [Unknown(state_variable(d, "before"), d.carrier) for d in self.abstract.variables]
         binders, table = bound_by(unknowns)
@@ -514,7 +527,11 @@ def with_parameters_of(model: ClassModel, other: ClassModel) -> ClassModel:
 
 
 def refinement(
-    specification: core.Specification, relation: Relation, *, upward: bool = False, settings: Settings | None = None
+    specification: core.Specification,
+    relation: Relation,
+    *,
+    upward: bool = False,
+    settings: SolverSettings | None = None,
 ) -> Iterator[Finding]:
     """The findings for ``A [OZ= C via R``."""
     simulation = Simulation(specification, relation, settings)

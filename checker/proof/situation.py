@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Literal
 
 from cspcheck.checker.proof.one_point import is_universe
-from cspcheck.checker.proof.question import Part
+from cspcheck.checker.proof.question import Constraint
 from cspcheck.checker.proof.terms import (
     TRUE,
     Key,
@@ -40,12 +40,12 @@ class Situation:
 
     # --- constants ---------------------------------------------------------------------------------------------------
 
-    def all_constants(self) -> tuple[Part, ...]:
+    def all_constants(self) -> tuple[Constraint, ...]:
         """That all constants have values that the axioms allow."""
         carriers = [_carrier_part(_constant(c), c) for c in self.constants]
-        return (*carriers, *[Part(axiom, "axiom", axiom.span) for axiom in self.axioms])
+        return (*carriers, *[Constraint(axiom, "axiom", axiom.span) for axiom in self.axioms])
 
-    def with_constants(self, parts: Iterable[Part]) -> tuple[Part, ...]:
+    def with_constants(self, parts: Iterable[Constraint]) -> tuple[Constraint, ...]:
         """The parts behind what is known of the constants that they speak of, directly or by way of axioms."""
         parts = tuple(parts)
         used = {k for k in variables_of(p.term for p in parts) if k[1] == "constant"}
@@ -59,7 +59,7 @@ class Situation:
         kept = [part for part, keys in zip(known, about, strict=True) if keys & used]
         return (*kept, *parts)
 
-    def constant_variables(self, parts: Iterable[Part]) -> tuple[Variable, ...]:
+    def constant_variables(self, parts: Iterable[Constraint]) -> tuple[Variable, ...]:
         """The constants that parts speak of, in the order of their declaration."""
         used = variables_of(p.term for p in parts)
         return tuple(_constant(c) for c in self.constants if (c.name, "constant") in used)
@@ -76,23 +76,23 @@ class Situation:
         """Names of the secondary variables."""
         return frozenset(d.name for d in self.model.secondary)
 
-    def state(self, when: When = "before") -> tuple[Part, ...]:
+    def state(self, when: When = "before") -> tuple[Constraint, ...]:
         """That a state is one of the class: carriers and invariant."""
         return (*self.carriers(when), *self.invariant(when))
 
-    def carriers(self, when: When = "before", of: Iterable[Declared] | None = None) -> tuple[Part, ...]:
+    def carriers(self, when: When = "before", of: Iterable[Declared] | None = None) -> tuple[Constraint, ...]:
         """That state variables are in their carriers."""
         declared = self.variables if of is None else tuple(of)
         parts = [_carrier_part(state_variable(d, "before"), d) for d in declared]
         return _at(parts, when)
 
-    def invariant(self, when: When = "before") -> tuple[Part, ...]:
+    def invariant(self, when: When = "before") -> tuple[Constraint, ...]:
         """The conjuncts of the invariant."""
-        return _at([Part(term, "invariant", term.span) for term in self.model.invariant], when)
+        return _at([Constraint(term, "invariant", term.span) for term in self.model.invariant], when)
 
-    def initial(self) -> tuple[Part, ...]:
+    def initial(self) -> tuple[Constraint, ...]:
         """The conjuncts of INIT."""
-        return tuple(Part(term, "INIT", term.span) for term in self.model.initial or ())
+        return tuple(Constraint(term, "INIT", term.span) for term in self.model.initial or ())
 
     def state_variables(self, when: When = "before") -> tuple[Variable, ...]:
         """The variables of a state."""
@@ -100,31 +100,31 @@ class Situation:
 
     # --- operations --------------------------------------------------------------------------------------------------
 
-    def inputs(self, operation: Operation) -> tuple[Part, ...]:
+    def inputs(self, operation: Operation) -> tuple[Constraint, ...]:
         """That inputs and simple parameters are in their carriers."""
         return tuple(_carrier_part(parameter_variable(p), p) for p in operation.parameters if p.kind != "output")
 
-    def outputs(self, operation: Operation) -> tuple[Part, ...]:
+    def outputs(self, operation: Operation) -> tuple[Constraint, ...]:
         """That outputs are in their carriers."""
         return tuple(_carrier_part(parameter_variable(p), p) for p in operation.parameters if p.kind == "output")
 
-    def guard(self, operation: Operation) -> tuple[Part, ...]:
+    def guard(self, operation: Operation) -> tuple[Constraint, ...]:
         """The conjuncts of the enable schema."""
-        return tuple(Part(term, "guard", term.span) for term in operation.guard)
+        return tuple(Constraint(term, "guard", term.span) for term in operation.guard)
 
-    def effect(self, operation: Operation) -> tuple[Part, ...]:
+    def effect(self, operation: Operation) -> tuple[Constraint, ...]:
         """The conjuncts of the schema, or of the effect schema."""
-        return tuple(Part(term, "effect", term.span) for term in operation.effect)
+        return tuple(Constraint(term, "effect", term.span) for term in operation.effect)
 
-    def frame(self, operation: Operation) -> tuple[Part, ...]:
+    def frame(self, operation: Operation) -> tuple[Constraint, ...]:
         """That primary variables outside the Delta-list keep their values."""
         return tuple(
-            Part(equal(state_variable(d, "after"), state_variable(d, "before")), f"`{d.name}` not in Delta")
+            Constraint(equal(state_variable(d, "after"), state_variable(d, "before")), f"`{d.name}` not in Delta")
             for d in self.model.primary
             if d.name not in operation.delta
         )
 
-    def step(self, operation: Operation) -> tuple[Part, ...]:
+    def step(self, operation: Operation) -> tuple[Constraint, ...]:
         """That the operation is performed: all of the above, from a state of the class to one of the class."""
         return (
             *self.state(),
@@ -161,7 +161,7 @@ class Situation:
 
     def existential(
         self, operation: Operation, *, outputs: bool = True
-    ) -> tuple[tuple[Unknown, ...], tuple[Part, ...]]:
+    ) -> tuple[tuple[Unknown, ...], tuple[Constraint, ...]]:
         """What :meth:`possible` quantifies over, and what it says; unchanged variables are written as before."""
         same = self.unchanged(operation)
         parts = [*self.effect(operation), *self.invariant("after")]
@@ -209,13 +209,13 @@ def _constant(declared: Declared) -> Variable:
     return Variable(type=declared.type, name=declared.name, role="constant")
 
 
-def _carrier_part(variable: Variable, declared: Declared) -> Part:
+def _carrier_part(variable: Variable, declared: Declared) -> Constraint:
     if is_universe(declared.carrier):
-        return Part(TRUE, f"carrier of `{declared.name}`", declared.span)
-    return Part(member(variable, declared.carrier), f"carrier of `{declared.name}`", declared.span)
+        return Constraint(TRUE, f"carrier of `{declared.name}`", declared.span)
+    return Constraint(member(variable, declared.carrier), f"carrier of `{declared.name}`", declared.span)
 
 
-def _at(parts: Iterable[Part], when: When) -> tuple[Part, ...]:
+def _at(parts: Iterable[Constraint], when: When) -> tuple[Constraint, ...]:
     parts = tuple(parts)
     if when == "before":
         return parts
@@ -223,6 +223,6 @@ def _at(parts: Iterable[Part], when: When) -> tuple[Part, ...]:
     return tuple(replace(p, term=t, what=f"{p.what} afterwards") for p, t in zip(parts, terms, strict=True))
 
 
-def speaks_of(part: Part, keys: Iterable[Key]) -> bool:
+def speaks_of(part: Constraint, keys: Iterable[Key]) -> bool:
     """Whether a part speaks of one of some variables."""
     return mentions(part.term, keys)

@@ -11,9 +11,18 @@ from cspcheck.checker.proof.definedness import Definedness
 from cspcheck.checker.proof.descriptions import extremes_exist, plain
 from cspcheck.checker.proof.encode import Encoder
 from cspcheck.checker.proof.one_point import eliminated, simplified, taken_apart
-from cspcheck.checker.proof.question import Answer, Found, Impossible, NotUpTo, Part, Question, Settings, Unanswered
-from cspcheck.checker.proof.read_back import Reader, Unreadable
-from cspcheck.checker.proof.replay import Replay, Replayed
+from cspcheck.checker.proof.question import (
+    Answer,
+    Constraint,
+    Found,
+    Impossible,
+    NotUpTo,
+    Question,
+    SolverSettings,
+    Unanswered,
+)
+from cspcheck.checker.proof.read_back import ModelReader, Unreadable
+from cspcheck.checker.proof.replay import PredicateReplay, Replayed
 from cspcheck.checker.proof.sorts import Expr, Unsupported
 from cspcheck.checker.proof.terms import Key, Unknown, is_false, is_true, substitute, universe, variables_of
 from cspcheck.cspm.oz import core
@@ -48,13 +57,13 @@ class Solver:
         self,
         specification: core.Specification,
         model: core.ClassModel | None = None,
-        settings: Settings | None = None,
+        settings: SolverSettings | None = None,
         *,
         first_query: int = 0,
     ) -> None:
         self.specification = specification
         self.model = model
-        self.settings = settings or Settings()
+        self.settings = settings or SolverSettings()
         self.definedness = Definedness(specification.frees)
         self._queries = first_query
         self._left = 0.0
@@ -83,7 +92,7 @@ class Solver:
             return whole.found
         return self._bounded(question, parts, whole.reason) if sized else Unanswered(whole.reason)
 
-    def _bounded(self, question: Question, parts: list[Part], reason: str) -> Answer:
+    def _bounded(self, question: Question, parts: list[Constraint], reason: str) -> Answer:
         """The question in small scopes."""
         searched = 0
         given = any(_has_given(part.term) for part in parts)
@@ -101,7 +110,7 @@ class Solver:
                 searched = scope
         return NotUpTo(searched, reason) if searched else Unanswered(reason)
 
-    def _attempt(self, question: Question, parts: list[Part], scope: int | None, seconds: float) -> _Attempt:
+    def _attempt(self, question: Question, parts: list[Constraint], scope: int | None, seconds: float) -> _Attempt:
         encoder = Encoder(self.specification, scope)
         try:
             formulas = self._formulas(encoder, parts, solve=True)
@@ -122,7 +131,7 @@ class Solver:
             return _Attempt("sat", reason="it does not follow from what is known")
         return self._read(question, parts, encoder, solver, seconds)
 
-    def _formulas(self, encoder: Encoder, parts: Iterable[Part], *, solve: bool = False) -> list[Expr]:
+    def _formulas(self, encoder: Encoder, parts: Iterable[Constraint], *, solve: bool = False) -> list[Expr]:
         """The formulas of parts. With *solve* what equations say of after-values and outputs is put in their place."""
         terms: list[Term] = []
         for part in parts:
@@ -157,7 +166,9 @@ class Solver:
 
     # --- values ------------------------------------------------------------------------------------------------------
 
-    def _read(self, question: Question, parts: list[Part], encoder: Encoder, solver: Expr, seconds: float) -> _Attempt:
+    def _read(
+        self, question: Question, parts: list[Constraint], encoder: Encoder, solver: Expr, seconds: float
+    ) -> _Attempt:
         """The values of a model, replayed; with small numbers if there are such."""
         reason = "the solver's values are not values of the specification"
         for model in self._models(encoder, solver, seconds):
@@ -187,9 +198,9 @@ class Solver:
                 break
         yield first
 
-    def _believed(self, parts: list[Part], values: dict[Variable, Term], sizes: dict[str, int]) -> Found | None:
+    def _believed(self, parts: list[Constraint], values: dict[Variable, Term], sizes: dict[str, int]) -> Found | None:
         """The values, if the evaluator finds that they satisfy all parts, as far as it can tell."""
-        replay = Replay(self.specification, self.model, sizes, values)
+        replay = PredicateReplay(self.specification, self.model, sizes, values)
         vouched = []
         for part in parts:
             said = replay.holds(part.term)
@@ -201,14 +212,14 @@ class Solver:
                 vouched.append(part)
         return Found(values, tuple(vouched))
 
-    def _sure(self, part: Part, values: dict[Variable, Term], sizes: dict[str, int]) -> bool:
+    def _sure(self, part: Constraint, values: dict[Variable, Term], sizes: dict[str, int]) -> bool:
         """Whether the solver can prove a part at the values: without approximations, its negation impossible."""
         if any(isinstance(value.type, core.GivenType) for value in values.values()) and sizes:
             return self._sure_with_elements(part, values)
         table: dict[Key, Term] = {(v.name, v.role): value for v, value in values.items()}
         return self._proved(substitute(part.term, table), [])
 
-    def _sure_with_elements(self, part: Part, values: dict[Variable, Term]) -> bool:
+    def _sure_with_elements(self, part: Constraint, values: dict[Variable, Term]) -> bool:
         table: dict[Key, Term] = {(v.name, v.role): value for v, value in values.items()}
         term = substitute(part.term, table)
         elements = [v for v in variables_of([term]).values() if isinstance(v.type, core.GivenType)]
@@ -227,8 +238,8 @@ class Solver:
     def _proved(self, term: Term, premises: Sequence[Term]) -> bool:
         encoder = Encoder(self.specification)
         try:
-            goal = encoder.all(self._formulas(encoder, [Part(term, "")]))
-            given = self._formulas(encoder, [Part(premise, "") for premise in premises])
+            goal = encoder.all(self._formulas(encoder, [Constraint(term, "")]))
+            given = self._formulas(encoder, [Constraint(premise, "") for premise in premises])
         except Unsupported:
             return False
         solver = z3.Solver(ctx=encoder.sorts.context)
@@ -238,7 +249,7 @@ class Solver:
 
     # --- reasons -----------------------------------------------------------------------------------------------------
 
-    def conflict(self, parts: Iterable[Part]) -> tuple[Part, ...]:
+    def conflict(self, parts: Iterable[Constraint]) -> tuple[Constraint, ...]:
         """A smallest set of parts that cannot hold together, of parts that cannot.
 
         Parts without a line of their own are left out of the result, and removed last.
@@ -254,13 +265,13 @@ class Solver:
                 left = rest
         return tuple(left)
 
-    def core(self, parts: Iterable[Part]) -> tuple[Part, ...]:
+    def core(self, parts: Iterable[Constraint]) -> tuple[Constraint, ...]:
         """Parts that cannot hold together already, of parts that cannot; all of them where the solver cannot tell."""
         left = [part for part in parts if not is_true(part.term)]
         found = self._core(left, self.settings.seconds * 0.4)
         return tuple(left if found is None else found)
 
-    def _core(self, parts: list[Part], seconds: float) -> list[Part] | None:
+    def _core(self, parts: list[Constraint], seconds: float) -> list[Constraint] | None:
         encoder = Encoder(self.specification)
         try:
             formulas = [encoder.all(self._formulas(encoder, [part])) for part in parts]
@@ -280,7 +291,7 @@ class Solver:
         chosen = {str(label) for label in solver.unsat_core()}
         return [part for name, part in names.items() if name in chosen]
 
-    def _impossible(self, parts: list[Part], seconds: float) -> bool:
+    def _impossible(self, parts: list[Constraint], seconds: float) -> bool:
         encoder = Encoder(self.specification)
         try:
             formulas = self._formulas(encoder, parts)
@@ -297,7 +308,7 @@ def _result(variable: Variable) -> bool:
     return variable.role in ("after", "output")
 
 
-def _sized(part: Part) -> bool:
+def _sized(part: Constraint) -> bool:
     """Whether a scope makes a difference to a predicate: it speaks of given sets or collections."""
     todo = [part.term]
     while todo:
@@ -370,10 +381,10 @@ def _sequence_lengths(encoder: Encoder) -> list[tuple[tuple[str, str], Expr]]:
 
 
 def _values(
-    question: Question, parts: list[Part], encoder: Encoder, model: Expr
+    question: Question, parts: list[Constraint], encoder: Encoder, model: Expr
 ) -> tuple[dict[Variable, Term], dict[str, int]]:
     """The values of the variables, and the sizes of the given sets."""
-    reader = Reader(encoder, model)
+    reader = ModelReader(encoder, model)
     occurring = variables_of(part.term for part in parts)
     wanted: dict[Key, Variable] = {(v.name, v.role): v for v in question.shown}
     values = {

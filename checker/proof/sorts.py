@@ -32,7 +32,7 @@ class Unsupported(Exception):
     """A term or type that cannot be put as a formula; the text says what."""
 
 
-class Sorts:
+class QuerySorts:
     """The sorts of one query.
 
     Args:

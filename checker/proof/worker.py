@@ -10,8 +10,8 @@ import sys
 import traceback
 from typing import Any
 
-from cspcheck.checker.proof.channel import Foreign, Sources, TooDeep, framed, packed, read, unpacked
-from cspcheck.checker.proof.question import Failed, Request, Settings
+from cspcheck.checker.proof.channel import ForeignValue, Sources, TooDeep, framed, packed, read, unpacked
+from cspcheck.checker.proof.question import Failed, Request, SolverSettings
 from cspcheck.cspm.recursion import deep_recursion
 
 
@@ -34,7 +34,7 @@ def serve() -> None:
             reply = packed(Failed("the answer is nested too deeply"), sources)
         except KeyboardInterrupt:
             return
-        except Foreign as foreign:
+        except ForeignValue as foreign:
             reply = packed(Failed(f"the question cannot be read: {foreign}"), sources)
         answers.write(framed(reply))
         answers.flush()
@@ -47,7 +47,7 @@ def _answered(request: Request, known: dict[int, Any]) -> Any:
         known[request.subject] = (request.specification, request.model)
     specification, model = known[request.subject]
     texts: list[tuple[str, str]] | None = [] if request.smtlib else None
-    settings = Settings(seconds=request.seconds, scopes=request.scopes, seed=request.seed, smtlib=texts)
+    settings = SolverSettings(seconds=request.seconds, scopes=request.scopes, seed=request.seed, smtlib=texts)
     solver = Solver(specification, model, settings, first_query=request.first_query)
     solver.name = request.name
     try:

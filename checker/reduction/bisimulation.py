@@ -16,7 +16,7 @@ import numpy as np
 from cspcheck.checker.arrays import BoolArray, Int32Array, Int64Array
 from cspcheck.checker.kernels import taus
 from cspcheck.checker.kernels.jit import kernels_for, tau_kernels_for
-from cspcheck.checker.kernels.taus import Classes, Signatures
+from cspcheck.checker.kernels.taus import RefinedPartition, Signatures
 from cspcheck.checker.lts import Lts, machine, sources
 from cspcheck.checker.reduction.partition import coarsest_partition, numbered, quotient
 from cspcheck.checker.specification.acceptances import divergent_states
@@ -264,7 +264,7 @@ class _Rounds:
         while done < size:
             if len(self._table) <= len(signatures.keys):
                 self._table, self._table_stamps = _table(len(signatures.keys)), _table(len(signatures.keys))
-            classes = Classes(block, group, representatives, hashes, slots, self._table, self._table_stamps)
+            classes = RefinedPartition(block, group, representatives, hashes, slots, self._table, self._table_stamps)
             found, groups = self._kernels.refine_by_signatures(
                 done,
                 self._starts,

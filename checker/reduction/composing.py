@@ -60,7 +60,7 @@ class Joint:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Part:
+class ComposedPart:
     """A component, or several that have been composed.
 
     Attributes:
@@ -76,16 +76,16 @@ class Part:
     lts: Lts
     slot: int | None = None
     labels: tuple[tuple[int, int], ...] = ()
-    pair: tuple[Part, Part] | None = None
+    pair: tuple[ComposedPart, ComposedPart] | None = None
     joints: tuple[Joint, ...] = ()
 
 
-class Unsuited(Exception):
+class NotComposable(Exception):
     """The network is not one that can be composed two by two."""
 
 
 @dataclass(eq=False, slots=True)
-class Composition:
+class ComposedNetwork:
     """What is left of a network.
 
     Attributes:
@@ -95,7 +95,7 @@ class Composition:
     """
 
     network: Network
-    parts: tuple[Part, ...]
+    parts: tuple[ComposedPart, ...]
     states: int
     transitions: int
 
@@ -107,7 +107,7 @@ def composed(
     poll: Callable[[], None] = lambda: None,
     *,
     by_ties: bool = False,
-) -> Composition:
+) -> ComposedNetwork:
     """What is left of a network when its components have been composed as far as that makes it smaller.
 
     Args:
@@ -123,7 +123,7 @@ def composed(
             others), or termination that is no part of every component.
     """
     if network.formats != 1 or any(rule.raises or rule.yields for rule in network.rules):
-        raise Unsuited
+        raise NotComposable
     work = _Work(network, model, visible, by_ties)
     work.run(poll)
     return work.result()
@@ -143,7 +143,7 @@ class _Work:
     model: FailuresModel
     visible: Callable[[int], int]
     by_ties: bool
-    parts: dict[int, Part] = field(default_factory=dict)
+    parts: dict[int, ComposedPart] = field(default_factory=dict)
     rules: dict[int, _Live] = field(default_factory=dict)
     rules_of: dict[int, set[int]] = field(default_factory=dict)
     states: int = 0
@@ -169,7 +169,7 @@ class _Work:
         for part, slot in enumerate(self.network.slots):
             lts = reachable(relabelled(replace(slot.lts, root=self._initial(part)), labels[part]))
             names = tuple((new, old) for old, new in labels[part].items())
-            self.parts[part] = Part(part, self._minimal(lts), slot=part, labels=names)
+            self.parts[part] = ComposedPart(part, self._minimal(lts), slot=part, labels=names)
 
     def _initial(self, slot: int) -> int:
         return dict(self.network.initial).get(slot, 0)
@@ -182,7 +182,7 @@ class _Work:
             if all(label in alphabets[slot] for slot, label in rule.moves):
                 for slot, label in rule.moves:
                     if (label == TICK) != (rule.result == TICK):
-                        raise Unsuited
+                        raise NotComposable
                     used[slot].add(label)
         return [
             {label: label if label < FIRST_EVENT else FIRST_EVENT + i for i, label in enumerate(sorted(labels))}
@@ -228,7 +228,7 @@ class _Work:
     def _size(self, one: int, other: int) -> int:
         return self.parts[one].lts.states * self.parts[other].lts.states
 
-    def _compose(self, one: Part, other: Part) -> int | None:
+    def _compose(self, one: ComposedPart, other: ComposedPart) -> int | None:
         """Put a pair in the place of two parts; None if that is not worth while."""
         concerned = self.rules_of[one.number] | self.rules_of[other.number]
         meanings: dict[tuple[int | None, int | None], set[tuple[int, tuple[tuple[int, int], ...]]]] = {}
@@ -245,7 +245,7 @@ class _Work:
             return None
         number = self._next
         self._next += 1
-        self.parts[number] = Part(number, lts, pair=(one, other), joints=joints)
+        self.parts[number] = ComposedPart(number, lts, pair=(one, other), joints=joints)
         self.rules_of[number] = set()
         for rule_number in concerned:
             for part in self.rules.pop(rule_number).moves:
@@ -263,7 +263,7 @@ class _Work:
                     self.rules_of[part].add(added)
         return number
 
-    def _product(self, one: Part, other: Part, joints: tuple[Joint, ...]) -> tuple[Lts, int] | None:
+    def _product(self, one: ComposedPart, other: ComposedPart, joints: tuple[Joint, ...]) -> tuple[Lts, int] | None:
         """The minimised machine of a pair, and how many states it had before."""
         key = (id(one.lts), id(other.lts), joints)
         found = self._products.get(key)
@@ -287,7 +287,7 @@ class _Work:
             found = self._minimised[key] = self._minimised.setdefault(same, small)
         return found
 
-    def result(self) -> Composition:
+    def result(self) -> ComposedNetwork:
         """The network of the parts that are left."""
         order = sorted(self.parts)
         place = {number: slot for slot, number in enumerate(order)}
@@ -302,7 +302,7 @@ class _Work:
             initial=tuple((slot, 0) for slot in range(len(slots))),
             terminated=any(result == TICK for result, _ in rules),
         )
-        return Composition(network, tuple(self.parts[n] for n in order), self.states, self.transitions)
+        return ComposedNetwork(network, tuple(self.parts[n] for n in order), self.states, self.transitions)
 
 
 def _neighbours(moves: Moves) -> Iterable[tuple[int, int]]:
@@ -332,7 +332,7 @@ def _joints(
                 label = TAU
             elif TICK in results:
                 if len(results) > 1 or TICK in labels.values():
-                    raise Unsuited
+                    raise NotComposable
                 label = TICK
             else:
                 label, fresh = fresh, fresh + 1

@@ -52,7 +52,7 @@ class Progress:
     memory_bytes: int
 
 
-class Stopped(Exception):
+class SearchStopped(Exception):
     """A limit has been reached."""
 
     def __init__(self, reason: StopReason) -> None:
@@ -121,7 +121,7 @@ class LevelSearch(Findings):
         """Search until everything is explored, what is looked for is found, or a limit is reached."""
         try:
             self._explore()
-        except Stopped as stopped:
+        except SearchStopped as stopped:
             self.stop = stopped.reason
         except MemoryError:
             self.stop = "memory"
@@ -308,11 +308,11 @@ class LevelSearch(Findings):
 
     def _memory_reached(self) -> None:
         """Do what is to be done when there is no memory left: give up."""
-        raise Stopped("memory")
+        raise SearchStopped("memory")
 
     def _check_states(self) -> None:
         if self._limits.states is not None and self.known > self._limits.states:
-            raise Stopped("states")
+            raise SearchStopped("states")
 
     def _write_last_checkpoint(self) -> None:
         if self._checkpoint is not None:
@@ -333,7 +333,7 @@ class LevelSearch(Findings):
         self._check_states()
         if limits.seconds is not None and now - self._started > limits.seconds:
             self._write_last_checkpoint()
-            raise Stopped("seconds")
+            raise SearchStopped("seconds")
         if limits.memory_bytes is not None and self._other_bytes() + self.visited.bytes > limits.memory_bytes:
             self._write_last_checkpoint()
             self._memory_reached()

@@ -44,7 +44,7 @@ class Ranks(Protocol):
         """End all processes at once."""
 
 
-class Alone:
+class SingleRank:
     """One process by itself."""
 
     rank = 0

@@ -32,7 +32,7 @@ def ordered(rows: Int64Array, stride: int) -> Int64Array:
 
 
 @dataclass(eq=False, slots=True)
-class Run:
+class SortedRun:
     """Ascending distinct rows in a part of a file.
 
     Attributes:
@@ -82,7 +82,7 @@ class RunWriter:
 
     def __init__(self, path: Path, first: int, stride: int, *, own: bool) -> None:
         self._file = open(path, "ab")  # noqa: SIM115  (closed by `finished`)
-        self._run = Run(path, first, 0, stride, own=own)
+        self._run = SortedRun(path, first, 0, stride, own=own)
 
     def add(self, rows: Int64Array) -> None:
         """Write rows, flat."""
@@ -93,7 +93,7 @@ class RunWriter:
         self._file.write(np.ascontiguousarray(rows).data.cast("B"))
         run.count += count
 
-    def finished(self) -> Run:
+    def finished(self) -> SortedRun:
         """What was written."""
         self._file.close()
         return self._run
@@ -102,7 +102,7 @@ class RunWriter:
 class Sieve:
     """Goes through a run once, to tell which of ascending rows are in it."""
 
-    def __init__(self, kernels: Kernels, run: Run) -> None:
+    def __init__(self, kernels: Kernels, run: SortedRun) -> None:
         self._kernels = kernels
         self._run = run
         self._number = -1
@@ -140,7 +140,7 @@ class Sieve:
         return True
 
 
-def blocks_of(run: Run) -> Iterator[Int64Array]:
+def blocks_of(run: SortedRun) -> Iterator[Int64Array]:
     """The rows of a run, block by block."""
     for number in range(run.blocks):
         yield run.block(number)
@@ -212,12 +212,12 @@ class RunSet:
     """
 
     def __init__(self, folder: Path, stride: int) -> None:
-        self.runs: list[Run] = []
+        self.runs: list[SortedRun] = []
         self._folder = folder
         self._stride = stride
         self._number = 0
 
-    def add(self, kernels: Kernels, run: Run) -> None:
+    def add(self, kernels: Kernels, run: SortedRun) -> None:
         """Add a run that has nothing in common with what is there."""
         if run.count:
             self.runs.append(run)
@@ -227,7 +227,7 @@ class RunSet:
             last, before = self.runs.pop(), self.runs.pop()
             self.runs.append(self._union(kernels, before, last))
 
-    def _union(self, kernels: Kernels, one: Run, other: Run) -> Run:
+    def _union(self, kernels: Kernels, one: SortedRun, other: SortedRun) -> SortedRun:
         self._number += 1
         writer = RunWriter(self._folder / f"run-{self._number}", 0, self._stride, own=True)
         for piece in united(kernels, [blocks_of(one), blocks_of(other)], self._stride):

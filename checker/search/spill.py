@@ -27,10 +27,10 @@ from cspcheck.checker.search.levels import INTERPRETED_ROWS, LevelSearch
 from cspcheck.checker.search.part import Part, cyclic_rows
 from cspcheck.checker.search.runs import (
     BLOCK,
-    Run,
     RunSet,
     RunWriter,
     Sieve,
+    SortedRun,
     blocks_of,
     ordered,
     pieces_of,
@@ -81,13 +81,13 @@ class Store:
     def __init__(self, spill: Spill, stride: int) -> None:
         self.stride = stride
         self.known = 0
-        self.segments: list[Run] = []
+        self.segments: list[SortedRun] = []
         self._room = TemporaryDirectory(prefix="cspcheck-", dir=spill.folder)
         self._end = weakref.finalize(self, self._room.cleanup)
         self.folder = Path(self._room.name)
         self._path = self.folder / "rows"
         self._runs = RunSet(self.folder, stride)
-        self._waiting: list[Run] = []
+        self._waiting: list[SortedRun] = []
         self._number = 0
 
     def close(self) -> None:
@@ -103,7 +103,7 @@ class Store:
         for place in range(first, last, ROWS):
             yield self.rows(place, min(last, place + ROWS))
 
-    def segments_of(self, first: int, last: int) -> list[Run]:
+    def segments_of(self, first: int, last: int) -> list[SortedRun]:
         """The runs that make up these rows."""
         return [run for run in self.segments if first <= run.first < last]
 
@@ -123,7 +123,7 @@ class Store:
         """Keep ascending rows that may be new until they are settled."""
         self._waiting.append(self.written(pieces_of(rows, self.stride)))
 
-    def written(self, pieces: Iterator[Int64Array]) -> Run:
+    def written(self, pieces: Iterator[Int64Array]) -> SortedRun:
         """Ascending rows as a run in a file of its own."""
         self._number += 1
         writer = RunWriter(self.folder / f"part-{self._number}", 0, self.stride, own=True)

@@ -18,7 +18,7 @@ from cspcheck.checker.arrays import BoolArray, Int32Array, Int64Array
 from cspcheck.checker.guard import afford
 from cspcheck.checker.kernels import subsets
 from cspcheck.checker.kernels.jit import Kernels, tau_kernels, tau_kernels_are_loaded
-from cspcheck.checker.kernels.subsets import Branching, Following, Sets
+from cspcheck.checker.kernels.subsets import Branching, Following, SetNumbering
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.specification.acceptances import (
     Acceptance,
@@ -46,7 +46,7 @@ class _Numbering:
     """
 
     def __init__(self) -> None:
-        self.sets = Sets(
+        self.sets = SetNumbering(
             np.zeros(64, dtype=np.int32),
             np.zeros(64, dtype=np.int64),
             np.zeros(64, dtype=np.int64),
@@ -77,7 +77,7 @@ class _Numbering:
             afford(4 * slots.nbytes)
             slots = np.full(4 * len(slots), -1, dtype=np.int32)
         if members is not sets.members or offsets is not sets.offsets or slots is not sets.slots:
-            grown = Sets(members, offsets, hashes, slots, sets.size)
+            grown = SetNumbering(members, offsets, hashes, slots, sets.size)
             if slots is not sets.slots:
                 kernels.enter_slots(grown, apart)
             self.sets = grown

@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from cspcheck.codegen import messages
-from cspcheck.codegen.design.expressions import OR, TERNARY, Expressions, bracketed, constant, flattened
+from cspcheck.codegen.design.expressions import OR, TERNARY, ExpressionTranslator, bracketed, constant, flattened
 from cspcheck.codegen.design.naming import snake, unique
 from cspcheck.codegen.design.pieces import (
     DEEPEST,
     RESERVED,
     WIDTH,
-    Branch,
-    Event,
+    ChannelUse,
+    ChoiceBranch,
     InternalChoice,
-    Lines,
     Method,
+    OfferedEvent,
     Plain,
     StateMethod,
-    Use,
+    TextLines,
     alternative,
     bare,
     both,
@@ -41,7 +41,11 @@ class Choices:
     """
 
     def __init__(
-        self, expressions: Expressions, uses: Callable[[str], Use], internal_choice: InternalChoice, plain: set[str]
+        self,
+        expressions: ExpressionTranslator,
+        uses: Callable[[str], ChannelUse],
+        internal_choice: InternalChoice,
+        plain: set[str],
     ) -> None:
         self.expressions = expressions
         self.names = expressions.names
@@ -66,7 +70,7 @@ class Choices:
         self._parameters: list[str] = []
         self._todo: list[Symbol] = []
         self._state_names: dict[Symbol, str] = {}
-        self._out = Lines()
+        self._out = TextLines()
 
     def _process(self, node: syntax.Expr, *, tail: bool) -> None:
         """The statements of a process: what comes behind a choice."""
@@ -74,14 +78,14 @@ class Choices:
 
     def _branches(
         self, node: syntax.Expr, guard: str | None, depth: int, restrictions: dict[Symbol, syntax.Expr] | None = None
-    ) -> Iterator[Branch]:
+    ) -> Iterator[ChoiceBranch]:
         """The alternatives of an external choice; variables that they need before it are assigned."""
         node = bare(node)
         if depth > DEEPEST:
             raise self.expressions.refused(node, "a choice that names itself before any event")
         match node:
             case syntax.Prefix():
-                yield Branch(guard, node, dict(self.expressions.scope.names), restrictions or {})
+                yield ChoiceBranch(guard, node, dict(self.expressions.scope.names), restrictions or {})
             case syntax.ProcessBinary(operator="[]"):
                 yield from self._branches(node.left, guard, depth, restrictions)
                 yield from self._branches(node.right, guard, depth, restrictions)
@@ -106,7 +110,9 @@ class Choices:
             case _:
                 raise self._refused(node)
 
-    def _named_branches(self, node: syntax.Name | syntax.Apply, guard: str | None, depth: int) -> Iterator[Branch]:
+    def _named_branches(
+        self, node: syntax.Name | syntax.Apply, guard: str | None, depth: int
+    ) -> Iterator[ChoiceBranch]:
         """The alternatives of a process that is called in a choice."""
         symbol, arguments = self._called(node)
         if symbol.kind is SymbolKind.BUILTIN:
@@ -130,7 +136,7 @@ class Choices:
 
     def _replicated(
         self, node: syntax.Replicated, guard: str | None, depth: int, outer: dict[Symbol, syntax.Expr] | None
-    ) -> Iterator[Branch]:
+    ) -> Iterator[ChoiceBranch]:
         """``[] i:S @ c.i -> P(i)`` is ``c?i:S -> P(i)``: each variable must be a field of the event."""
         restrictions = dict(outer or {})
         for statement in node.statements:
@@ -150,7 +156,7 @@ class Choices:
                 raise self.expressions.refused(node, why)
         yield from self._branches(body, guard, depth, restrictions)
 
-    def _choice(self, branches: list[Branch], tail: bool) -> None:
+    def _choice(self, branches: list[ChoiceBranch], tail: bool) -> None:
         out = self._out
         if not branches:
             out.add("await self.stop()")
@@ -181,13 +187,13 @@ class Choices:
             out.add(head, *[f"    {text}," for text in guarded], ")")
         self._alternatives(bodies, f"{name}.taken")
 
-    def _taken(self, branch: Branch, event: Event, choice: str, tail: bool) -> None:
+    def _taken(self, branch: ChoiceBranch, event: OfferedEvent, choice: str, tail: bool) -> None:
         self._out.add(*event.unpacked(choice))
         self._after(branch, event, tail)
 
     def _apart(self, write: Callable[[], None]) -> list[str]:
         """What is written by *write*, not added yet."""
-        outer, self._out = self._out, Lines()
+        outer, self._out = self._out, TextLines()
         self._out.depth = 0
         try:
             write()
@@ -213,7 +219,7 @@ class Choices:
             with self._out.block(alternative(one, position, len(groups))):
                 self._out.add(*body)
 
-    def _after(self, branch: Branch, event: Event, tail: bool) -> None:
+    def _after(self, branch: ChoiceBranch, event: OfferedEvent, tail: bool) -> None:
         """What follows a prefix, with the variables that its event has brought."""
         if event.timed:
             self._out.add("self.released()")
@@ -227,7 +233,7 @@ class Choices:
                 scope.names.update(branch.names)
                 self._process(process, tail=tail and i == len(branch.rest) - 1)
 
-    def _event(self, branch: Branch) -> Event:
+    def _event(self, branch: ChoiceBranch) -> OfferedEvent:
         """The offer of a prefix, and what becomes of the values that come with it."""
         prefix = branch.prefix
         head, *outputs = flattened(bare(prefix.channel))
@@ -269,7 +275,7 @@ class Choices:
             what = " ".join(prefix.channel.span.text.split())
             why = f"`{what}...`, whose channel has {use.arity} fields and is given {len(fields)}"
             raise self.expressions.refused(prefix.channel, why)
-        return Event(self._offer(channel, use, fields), targets, inner.names, use.timed)
+        return OfferedEvent(self._offer(channel, use, fields), targets, inner.names, use.timed)
 
     def channel_name(self, symbol: Symbol) -> str:
         """How the events of a channel are called."""
@@ -278,7 +284,7 @@ class Choices:
     def _output(
         self,
         part: syntax.Expr,
-        branch: Branch,
+        branch: ChoiceBranch,
         fields: list[str],
         targets: list[str],
         bind: Callable[[Symbol], str],
@@ -331,7 +337,7 @@ class Choices:
                 raise self.expressions.refused(pattern, f"the pattern `{pattern.span.text}` in an input")
         fields.append(field_text)
 
-    def _offer(self, channel: str, use: Use, fields: list[str]) -> str:
+    def _offer(self, channel: str, use: ChannelUse, fields: list[str]) -> str:
         """An offer as an expression."""
         port = self.ports.get(channel)
         if port is None:

@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 
 from cspcheck.codegen import messages
 from cspcheck.codegen.design.classes import OperationDesign
-from cspcheck.codegen.design.expressions import Expressions
-from cspcheck.codegen.design.pieces import InternalChoice, StateMethod, Use
-from cspcheck.codegen.design.tasks import Processes
+from cspcheck.codegen.design.expressions import ExpressionTranslator
+from cspcheck.codegen.design.pieces import ChannelUse, InternalChoice, StateMethod
+from cspcheck.codegen.design.tasks import TaskTranslator
 from cspcheck.codegen.quoting import literal, literals
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.naming.symbols import Symbol
@@ -16,7 +16,7 @@ from cspcheck.cspm.oz import core
 from cspcheck.cspm.script import Script
 
 
-class ClassProcesses(Processes):
+class ClassProcesses(TaskTranslator):
     """Translates the equations of a class.
 
     Args:
@@ -27,8 +27,8 @@ class ClassProcesses(Processes):
 
     def __init__(
         self,
-        expressions: Expressions,
-        uses: Callable[[str], Use],
+        expressions: ExpressionTranslator,
+        uses: Callable[[str], ChannelUse],
         internal_choice: InternalChoice,
         operations: Mapping[str, str],
         owner: str,
@@ -45,7 +45,7 @@ class ClassProcesses(Processes):
         """How the events of a channel are called: those of the class's own with its name in front."""
         return symbol.name if symbol.owner is None else f"{self._class}::{symbol.name}"
 
-    def _offer(self, channel: str, use: Use, fields: list[str]) -> str:
+    def _offer(self, channel: str, use: ChannelUse, fields: list[str]) -> str:
         self.used.add(channel)
         attribute = self._operations[channel]
         if use.timed:

@@ -11,17 +11,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from cspcheck.codegen import messages
-from cspcheck.codegen.design.data import Data
+from cspcheck.codegen.design.data import DataDesigner
 from cspcheck.codegen.design.expressions import AND, TERNARY
 from cspcheck.codegen.design.naming import safe, snake, unique
-from cspcheck.codegen.design.pieces import RESERVED as TASK_RESERVED, Lines
-from cspcheck.codegen.design.predicates import Key, Terms, keys_in, ways
+from cspcheck.codegen.design.pieces import RESERVED as TASK_RESERVED, TextLines
+from cspcheck.codegen.design.predicates import Key, TermTranslator, keys_in, ways
 from cspcheck.codegen.quoting import literal, phrase
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.processes.classes import context_of
 from cspcheck.cspm.oz.processes.nodes import CarrierSet
-from cspcheck.cspm.oz.values.evaluation import Evaluator
+from cspcheck.cspm.oz.values.evaluation import TermEvaluator
 from cspcheck.cspm.oz.values.substitution import substituted
 from cspcheck.cspm.oz.values.terms import primed, shape, show_term
 from cspcheck.cspm.script import Script
@@ -73,10 +73,10 @@ class ClassDesign:
     operations: tuple[OperationDesign, ...]
 
 
-class Classes:
+class ClassDesigner:
     """Designs the classes of a script."""
 
-    def __init__(self, script: Script, data: Data) -> None:
+    def __init__(self, script: Script, data: DataDesigner) -> None:
         context = context_of(script)
         assert context is not None
         specification = context.specification
@@ -167,7 +167,7 @@ class Classes:
         assert isinstance(value, int)
         return value
 
-    def _evaluator(self, owner: str) -> Evaluator:
+    def _evaluator(self, owner: str) -> TermEvaluator:
         return self.context.evaluator(owner)
 
     def _listed(self, term: core.Term, owner: str) -> tuple[int, ...] | None:
@@ -238,7 +238,7 @@ class Classes:
 
 
 class _ClassDesigner:
-    def __init__(self, classes: Classes, model: core.ClassModel) -> None:
+    def __init__(self, classes: ClassDesigner, model: core.ClassModel) -> None:
         self.classes = classes
         self.model = model
         taken: set[str] = set(RESERVED)
@@ -249,12 +249,12 @@ class _ClassDesigner:
             self.names[variable.name] = name
         self.taken = taken
         self.attributes = set(TASK_RESERVED) | {"act", "begin_data", "change", "data", "do"}
-        self.out = Lines()
+        self.out = TextLines()
         self.parameters: dict[str, str] = {}
         self.changed: frozenset[str] = frozenset()
         """The variables that have another value afterwards."""
 
-    def terms(self, *, after: str = "after.") -> Terms:
+    def terms(self, *, after: str = "after.") -> TermTranslator:
         """The translation of terms inside a method of the data."""
 
         def variable(found: core.Variable) -> str:
@@ -269,7 +269,7 @@ class _ClassDesigner:
             return self.parameters.get(found.name, safe(found.name))
 
         data = self.classes.data
-        return Terms(variable, data.construct, data.everything)
+        return TermTranslator(variable, data.construct, data.everything)
 
     def design(self) -> ClassDesign:
         model, classes = self.model, self.classes

@@ -26,7 +26,7 @@ INTEGERS_LISTED = 8
 """So many integers that are no range are listed in a type without a name."""
 
 
-class Data:
+class DataDesigner:
     """Collects the definitions of ``data_types.py`` while values and types are asked for."""
 
     def __init__(self, script: Script) -> None:

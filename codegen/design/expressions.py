@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from cspcheck.codegen import messages
-from cspcheck.codegen.design.data import Data
+from cspcheck.codegen.design.data import DataDesigner
 from cspcheck.codegen.design.naming import safe, unique
 from cspcheck.codegen.quoting import literal, literals
 from cspcheck.cspm.diagnostics import ScriptError
@@ -49,7 +49,7 @@ def bracketed(code: Code, strength: int) -> str:
 
 
 @dataclass
-class Scope:
+class VisibleVariables:
     """The variables that can be seen, by symbol."""
 
     names: dict[Symbol, str] = field(default_factory=dict)
@@ -60,16 +60,20 @@ class Scope:
         self.names[symbol] = name
         return name
 
-    def copy(self) -> Scope:
+    def copy(self) -> VisibleVariables:
         """The same variables; what is bound in the copy stays there."""
-        return Scope(dict(self.names))
+        return VisibleVariables(dict(self.names))
 
 
-class Expressions:
+class ExpressionTranslator:
     """Translates the expressions of one module; collects what the module needs from elsewhere."""
 
     def __init__(
-        self, script: Script, data: Data, function: Callable[[Symbol, syntax.Node], str], functions: str = "functions."
+        self,
+        script: Script,
+        data: DataDesigner,
+        function: Callable[[Symbol, syntax.Node], str],
+        functions: str = "functions.",
     ) -> None:
         self.script = script
         self.functions = functions
@@ -79,11 +83,11 @@ class Expressions:
         self.from_data: set[str] = set()
         """Names that the module uses of ``data_types``."""
         self.from_runtime: set[str] = set()
-        self.scope = Scope()
+        self.scope = VisibleVariables()
         self._function = function
 
     @contextmanager
-    def inside(self) -> Iterator[Scope]:
+    def inside(self) -> Iterator[VisibleVariables]:
         """A scope for what is bound locally."""
         outer = self.scope
         self.scope = outer.copy()
@@ -181,7 +185,7 @@ class Expressions:
         raise self.refused(node)
 
     def _note(self, text: str) -> str:
-        """Note what a text of :class:`Data` uses."""
+        """Note what a text of :class:`DataDesigner` uses."""
         head = text.partition("(")[0].partition(".")[0]
         if head == "Tagged":
             self.from_runtime.add("Tagged")

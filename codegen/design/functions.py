@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from cspcheck.codegen import messages
-from cspcheck.codegen.design.data import Data
-from cspcheck.codegen.design.expressions import Expressions
+from cspcheck.codegen.design.data import DataDesigner
+from cspcheck.codegen.design.expressions import ExpressionTranslator
 from cspcheck.codegen.design.naming import snake, unique
-from cspcheck.codegen.design.pieces import Lines, Use
-from cspcheck.codegen.design.tasks import Processes
+from cspcheck.codegen.design.pieces import ChannelUse, TextLines
+from cspcheck.codegen.design.tasks import TaskTranslator
 from cspcheck.codegen.quoting import literal, phrase
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.naming.symbols import Symbol
@@ -19,13 +19,13 @@ from cspcheck.cspm.typing import types
 class Functions:
     """The functions that the tasks of a program mention; each is defined once, after the task that wants it first."""
 
-    def __init__(self, script: Script, data: Data) -> None:
+    def __init__(self, script: Script, data: DataDesigner) -> None:
         self.script = script
         self.data = data
         self.texts: list[str] = []
         """The definitions in Python, in the order of their making."""
         self._names: dict[Symbol, str] = {}
-        self.expressions = Expressions(script, data, self.name, "")
+        self.expressions = ExpressionTranslator(script, data, self.name, "")
         """How expressions in the bodies of functions are written."""
         self._pending: list[Symbol] = []
         self._untranslated: dict[Symbol, ScriptError] = {}
@@ -75,7 +75,7 @@ class Functions:
         first = declaration.clauses[0]
         if len(first.groups) != 1:
             raise expressions.refused(declaration, f"the curried definition `{declaration.name}`")
-        processes = Processes(expressions, lambda channel: Use(0, False, False), "refuse", set())
+        processes = TaskTranslator(expressions, lambda channel: ChannelUse(0, False, False), "refuse", set())
         notes = processes._annotations(first.groups[0])
         returns = "Any"
         if self.script.types is not None:
@@ -83,7 +83,7 @@ class Functions:
             if isinstance(result, types.Function):
                 returns = self.data.annotation(result.result)
         parameters = [f"value_{i + 1}" for i in range(len(notes))]
-        out = Lines()
+        out = TextLines()
         simple = len(declaration.clauses) == 1
         if simple:
             with expressions.inside() as scope:

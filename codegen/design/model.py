@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from cspcheck.codegen.design.classes import ClassDesign
-from cspcheck.codegen.design.data import Data
+from cspcheck.codegen.design.data import DataDesigner
 from cspcheck.codegen.design.pieces import StateMethod
-from cspcheck.codegen.design.timing import Timing
+from cspcheck.codegen.design.timing import TaskTiming
 
 
 @dataclass
@@ -55,7 +55,7 @@ class TaskDesign:
     methods: list[MethodDesign]
     ports: dict[str, tuple[str, str | None]]
     """For each channel the attribute of the task, and the constant that it is unless another is given."""
-    timing: Timing
+    timing: TaskTiming
     instances: list[Instance] = field(default_factory=list)
     from_data: set[str] = field(default_factory=set)
     functions: set[str] = field(default_factory=set)
@@ -114,7 +114,7 @@ class Design:
 
     script: str
     process: str
-    data: Data
+    data: DataDesigner
     channels: list[ChannelDesign]
     tasks: list[TaskDesign]
     functions: list[str]

@@ -117,7 +117,7 @@ class Network:
     """The leaves whose events only their machine tells: they apply something that no task does as it is written."""
 
 
-class Alphabets:
+class TaskAlphabets:
     """The events that sequential processes perform."""
 
     def __init__(self, table: EventTable) -> None:
@@ -192,7 +192,7 @@ class _Part:
     bound: dict[tuple[int, str], Channel]
 
 
-class Composition:
+class CompositionDesigner:
     """Takes a composition apart. Use :func:`network`."""
 
     def __init__(
@@ -209,7 +209,7 @@ class Composition:
         self.tables: set[int] = set()
         self.leaves: list[Leaf] = []
         self.wires: list[Wire] = []
-        self._alphabets = Alphabets(table)
+        self._alphabets = TaskAlphabets(table)
         self._whole = {
             channel.name: EventSet([(channel.base, channel.base + channel.size)])
             for channel in table.channels
@@ -542,5 +542,5 @@ def network(
     Raises:
         ScriptError: it is no composition of named sequential processes.
     """
-    composition = Composition(table, classes, alphabet)
+    composition = CompositionDesigner(table, classes, alphabet)
     return composition.finish(composition.part(term, outer=True))

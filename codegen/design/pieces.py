@@ -22,7 +22,7 @@ RESERVED = frozenset(
 """Names that generated tasks use for themselves."""
 
 
-class Lines:
+class TextLines:
     """Text in the making, line by line."""
 
     def __init__(self) -> None:
@@ -59,7 +59,7 @@ class Method:
 
 
 @dataclass
-class Branch:
+class ChoiceBranch:
     """An alternative of a choice: its guard (a text), its prefix, and the variables that are seen there.
 
     ``restrictions`` are the sets of replicated variables, ``rest`` what comes after the prefix has come to its end.
@@ -83,7 +83,7 @@ class StateMethod:
 
 
 @dataclass(frozen=True)
-class Use:
+class ChannelUse:
     """How a task uses a channel.
 
     ``own``: it performs the events alone. ``timed``: it waits for its next release first.
@@ -107,7 +107,7 @@ class Plain(Exception):
 
 
 @dataclass
-class Event:
+class OfferedEvent:
     """The offer of a branch, the variables that take its values, and all that can be seen behind it."""
 
     offer: str

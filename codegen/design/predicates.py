@@ -50,7 +50,7 @@ _INFIX: dict[str, tuple[str, int]] = {
 }
 
 
-class Terms:
+class TermTranslator:
     """Translates terms.
 
     Args:

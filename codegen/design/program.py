@@ -8,18 +8,18 @@ from typing import Any
 
 from cspcheck.codegen import messages, runtime
 from cspcheck.codegen.design.class_tasks import ClassProcesses, main_of, operation_arguments
-from cspcheck.codegen.design.classes import Classes, OperationDesign
-from cspcheck.codegen.design.data import Data
-from cspcheck.codegen.design.expressions import Expressions
+from cspcheck.codegen.design.classes import ClassDesigner, OperationDesign
+from cspcheck.codegen.design.data import DataDesigner
+from cspcheck.codegen.design.expressions import ExpressionTranslator
 from cspcheck.codegen.design.functions import Functions
 from cspcheck.codegen.design.machine import OperationalSemantics, machine
 from cspcheck.codegen.design.model import ChannelDesign, ClassPart, Design, Instance, MethodDesign, TaskDesign
 from cspcheck.codegen.design.naming import camel, snake, unique
-from cspcheck.codegen.design.network import Alphabets, Group, Leaf, Network, Wire, network
-from cspcheck.codegen.design.pieces import RESERVED, InternalChoice, Method, NeedsStates, Plain, StateMethod, Use
+from cspcheck.codegen.design.network import Group, Leaf, Network, TaskAlphabets, Wire, network
+from cspcheck.codegen.design.pieces import RESERVED, ChannelUse, InternalChoice, Method, NeedsStates, Plain, StateMethod
 from cspcheck.codegen.design.tables import TableWriter
-from cspcheck.codegen.design.tasks import Processes
-from cspcheck.codegen.design.timing import Timing, timings, tock
+from cspcheck.codegen.design.tasks import TaskTranslator
+from cspcheck.codegen.design.timing import TaskTiming, timings, tock
 from cspcheck.codegen.quoting import literals
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
@@ -66,13 +66,13 @@ class _Designer:
         self.script = script
         self.process = process
         self.internal_choice = internal_choice
-        self.data = Data(script)
+        self.data = DataDesigner(script)
         self.constants: dict[object, str] = {}
         self._functions = Functions(script, self.data)
-        self._alphabets = Alphabets(script.events)
+        self._alphabets = TaskAlphabets(script.events)
         self.rows_of: dict[int, int] = {}
         """The row in which each leaf begins whose task is a table."""
-        self.classes = None if script.classes is None else Classes(script, self.data)
+        self.classes = None if script.classes is None else ClassDesigner(script, self.data)
         self.timed = frozenset(_timed(script.tree.declarations))
         if script.classes is not None and script.classes.control:
             what = "classes in the control view, which drops their data"
@@ -94,7 +94,7 @@ class _Designer:
         variables: set[str] = set()
         dead: dict[str, ChannelDesign] = {}
         for symbol, numbers in groups.items():
-            timing, modules = settings.get(symbol.name, Timing()), {t.module for t in tasks}
+            timing, modules = settings.get(symbol.name, TaskTiming()), {t.module for t in tasks}
             task = self._made(symbol, numbers, found, timing, modules, [starts[number][1] for number in numbers])
             for number in numbers:
                 leaf = found.leaves[number]
@@ -129,7 +129,7 @@ class _Designer:
         symbol: Symbol,
         numbers: list[int],
         found: Network,
-        timing: Timing,
+        timing: TaskTiming,
         modules: set[str],
         arguments: list[tuple[Any, ...]],
     ) -> TaskDesign:
@@ -164,7 +164,7 @@ class _Designer:
         symbol: Symbol,
         numbers: list[int],
         found: Network,
-        timing: Timing,
+        timing: TaskTiming,
         modules: set[str],
         refused: ScriptError,
     ) -> TaskDesign:
@@ -333,7 +333,7 @@ class _Designer:
         return symbol, tuple(key[2])
 
     def _task(
-        self, symbol: Symbol, numbers: list[int], found: Network, timing: Timing, modules: set[str]
+        self, symbol: Symbol, numbers: list[int], found: Network, timing: TaskTiming, modules: set[str]
     ) -> TaskDesign:
         leaves = [found.leaves[number] for number in numbers]
         module = snake(symbol.name)
@@ -345,16 +345,16 @@ class _Designer:
                 )
             )
 
-        def uses(channel: str) -> Use:
+        def uses(channel: str) -> ChannelUse:
             wires = [(number, found.leaves[number].ports.get(channel)) for number in numbers]
             own = all(wire is not None and _alone(wire, number) for number, wire in wires)
             declared = self._declared(channel)
-            return Use(declared.arity, own, timing.at == channel)
+            return ChannelUse(declared.arity, own, timing.at == channel)
 
         plain: set[str] = set()
         while True:
-            expressions = Expressions(self.script, self.data, self._functions.name)
-            processes = Processes(expressions, uses, self.internal_choice, plain)
+            expressions = ExpressionTranslator(self.script, self.data, self._functions.name)
+            processes = TaskTranslator(expressions, uses, self.internal_choice, plain)
             processes.timed = self.timed
             try:
                 loop, start = self._translate(processes, symbol)
@@ -392,19 +392,19 @@ class _Designer:
         model: core.ClassModel,
         numbers: list[int],
         found: Network,
-        timing: Timing,
+        timing: TaskTiming,
         modules: set[str],
     ) -> TaskDesign:
         assert self.classes is not None
         made = self.classes.design(model)
         declared = {channel.name: channel for channel in self.script.events.channels}
-        expressions = Expressions(self.script, self.data, self._functions.name)
+        expressions = ExpressionTranslator(self.script, self.data, self._functions.name)
         at = timing.at
         if at is not None and at in model.channels and model.channels[at].kind != "chan":
             at = f"{model.name}::{at}"
 
-        def uses(channel: str) -> Use:
-            return Use(declared[channel].arity, False, at == channel)
+        def uses(channel: str) -> ChannelUse:
+            return ChannelUse(declared[channel].arity, False, at == channel)
 
         processes = ClassProcesses(
             expressions, uses, self.internal_choice, {o.channel: o.attribute for o in made.operations}, model.name
@@ -471,11 +471,11 @@ class _Designer:
             operation.attribute, operation.channel, (*data, *operation.parameters), operation.gives, about, True
         )
 
-    def _parameters(self, processes: Processes, symbol: Symbol) -> list[tuple[str, str]]:
+    def _parameters(self, processes: TaskTranslator, symbol: Symbol) -> list[tuple[str, str]]:
         state = processes.states[symbol]
         return [(name if name != "_" else f"value_{i}", note) for i, (name, note) in enumerate(state.parameters)]
 
-    def _translate(self, processes: Processes, symbol: Symbol) -> tuple[StateMethod | None, str]:
+    def _translate(self, processes: TaskTranslator, symbol: Symbol) -> tuple[StateMethod | None, str]:
         try:
             return processes.loop(symbol), ""
         except NeedsStates:

@@ -13,7 +13,7 @@ from cspcheck.codegen import messages
 from cspcheck.codegen.design.machine import Machine, OperationalSemantics, machine
 from cspcheck.codegen.design.network import Leaf, Network, Wire, network
 from cspcheck.codegen.design.pieces import InternalChoice
-from cspcheck.codegen.design.timing import Timing, timings, tock
+from cspcheck.codegen.design.timing import TaskTiming, timings, tock
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.naming.symbols import SymbolKind
 from cspcheck.cspm.oz.processes.classes import context_of
@@ -90,7 +90,7 @@ class SystemTask:
     definition: str
     machine: int
     start: int
-    timing: Timing
+    timing: TaskTiming
     timed: int | None
     methods: tuple[SystemMethod, ...]
 
@@ -176,7 +176,7 @@ class _Builder:
                 declared = symbol.declaration if symbol is not None and symbol.kind is not SymbolKind.BUILTIN else None
                 text = declared.span.text if declared is not None else leaf.reference.text
                 machines.append(SystemMachine(definition, text, states))
-            timing = settings.get(definition, Timing())
+            timing = settings.get(definition, TaskTiming())
             timed = None
             if timing.at is not None:
                 at = leaf.ports.get(timing.at) or leaf.ports.get(f"{definition}::{timing.at}")

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from cspcheck.codegen.design.data import Data
+from cspcheck.codegen.design.data import DataDesigner
 from cspcheck.codegen.design.machine import Machine, MachineState
 from cspcheck.codegen.design.pieces import Method
 from cspcheck.codegen.quoting import literal
@@ -68,7 +68,7 @@ class TableWriter:
 
     def __init__(
         self,
-        data: Data,
+        data: DataDesigner,
         events: EventTable,
         port: Callable[[str], str],
         own: Callable[[str], bool],

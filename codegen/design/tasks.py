@@ -12,14 +12,14 @@ from cspcheck.codegen import messages
 from cspcheck.codegen.design.choices import Choices
 from cspcheck.codegen.design.expressions import constant
 from cspcheck.codegen.design.naming import snake, unique
-from cspcheck.codegen.design.pieces import Lines, NeedsStates, StateMethod, bare, is_simple, unwrapped
+from cspcheck.codegen.design.pieces import NeedsStates, StateMethod, TextLines, bare, is_simple, unwrapped
 from cspcheck.codegen.quoting import literal
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
 from cspcheck.cspm.syntax import tree as syntax
 
 
-class Processes(Choices):
+class TaskTranslator(Choices):
     """Translates what one task does."""
 
     # --- definitions -----------------------------------------------------------------------------------------
@@ -55,7 +55,7 @@ class Processes(Choices):
         return self._state_names[symbol]
 
     def _define(self, symbol: Symbol) -> StateMethod:
-        self._out = Lines()
+        self._out = TextLines()
         declaration = symbol.declaration
         if declaration in self.timed:
             raise self.expressions.refused(declaration, f"`{symbol.name}`, a process in time,")

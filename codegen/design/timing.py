@@ -16,7 +16,7 @@ _SECONDS = {"ms": 0.001, "s": 1.0, "min": 60.0}
 
 
 @dataclass(frozen=True, slots=True)
-class Timing:
+class TaskTiming:
     """How a task is run; ``at`` is the event that waits for its next release."""
 
     period: float | None = None
@@ -25,13 +25,13 @@ class Timing:
     at: str | None = None
 
 
-def timings(script: syntax.Script) -> dict[str, Timing]:
+def timings(script: syntax.Script) -> dict[str, TaskTiming]:
     """What the comments of a script say, by the name of the definition.
 
     Raises:
         ScriptError: a comment of this form is not understood.
     """
-    found: dict[str, Timing] = {}
+    found: dict[str, TaskTiming] = {}
     for comment in script.comments:
         match = _COMMENT.match(comment.text.strip())
         if match is None:
@@ -54,7 +54,7 @@ def timings(script: syntax.Script) -> dict[str, Timing]:
             else:
                 why = "expected `period TIME at EVENT`, `offset TIME` or `priority NUMBER`"
                 raise ScriptError(messages.wrong_timing(part, why, comment.span))
-        found[name] = Timing(period, offset, priority, at)
+        found[name] = TaskTiming(period, offset, priority, at)
     return found
 
 

@@ -14,7 +14,7 @@ from cspcheck.codegen.design.system import System, SystemState
 from cspcheck.codegen.emit.ada_data import PROGRAM_DATA, AdaBeside, AdaClass, AdaData
 from cspcheck.codegen.emit.ada_methods import METHODS_TABLE, AdaMethods, filled, tidy
 from cspcheck.codegen.emit.ada_terms import NoCounterpart
-from cspcheck.codegen.emit.project import Project
+from cspcheck.codegen.emit.project import ProjectFiles
 from cspcheck.codegen.quoting import ada_name, ada_text, c_comment, markdown, shell
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.script import Script
@@ -52,7 +52,7 @@ def runtime_files() -> dict[str, str]:
     return found | {f"desk/{file.name}": file.read_text(encoding="utf-8") for file in desk.iterdir() if file.is_file()}
 
 
-def project(system: System, folder: str, script: Script) -> Project:
+def project(system: System, folder: str, script: Script) -> ProjectFiles:
     """The program of a system of a script, to be put into *folder*.
 
     Raises:
@@ -98,7 +98,7 @@ class _Writer:
         except NoCounterpart as reason:
             self.reasons[definition] = str(reason)
 
-    def project(self) -> Project:
+    def project(self) -> ProjectFiles:
         """All files."""
         beside = AdaBeside(self.system, self.classes, bool(self.data.types))
         generated = {
@@ -126,7 +126,7 @@ class _Writer:
             generated["methods.ads"] = self.methods.declarations()
             yours["methods.adb"] = self.methods.bodies()
         generated = {name: tidy(text) if name.endswith((".ads", ".adb")) else text for name, text in generated.items()}
-        return Project(generated | runtime_files(), {name: tidy(text) for name, text in yours.items()}, {})
+        return ProjectFiles(generated | runtime_files(), {name: tidy(text) for name, text in yours.items()}, {})
 
     def _unique(self, name: str) -> str:
         """A name that no other has, whatever its capitals."""

@@ -18,7 +18,7 @@ from cspcheck.codegen.quoting import ada_name, c_comment
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.processes.classes import context_of
 from cspcheck.cspm.oz.processes.nodes import CarrierSet
-from cspcheck.cspm.oz.values.evaluation import Evaluator
+from cspcheck.cspm.oz.values.evaluation import TermEvaluator
 from cspcheck.cspm.oz.values.substitution import substituted
 from cspcheck.cspm.oz.values.terms import primed, shape, show_term
 from cspcheck.cspm.script import Script
@@ -109,7 +109,7 @@ class AdaData:
                 self.types.append(f"   type {name} is ({literals});")
         return self._enumerations[type_]
 
-    def subtype(self, carrier: core.Term, evaluator: Evaluator, called: str) -> str:
+    def subtype(self, carrier: core.Term, evaluator: TermEvaluator, called: str) -> str:
         """The subtype of a set of integers, truth values or constants.
 
         Raises:
@@ -120,7 +120,7 @@ class AdaData:
             self._types[key] = self._subtype(carrier, evaluator, self._named.get(key, called))
         return self._types[key]
 
-    def _subtype(self, carrier: core.Term, evaluator: Evaluator, called: str) -> str:
+    def _subtype(self, carrier: core.Term, evaluator: TermEvaluator, called: str) -> str:
         assert isinstance(carrier.type, core.SetType)
         element = carrier.type.element
         if isinstance(carrier, core.Apply) and carrier.operator in ("Int", "Nat", "Nat1"):
@@ -147,7 +147,7 @@ class AdaData:
 
 
 class _Package:
-    def __init__(self, data: AdaData, model: core.ClassModel, evaluator: Evaluator) -> None:
+    def __init__(self, data: AdaData, model: core.ClassModel, evaluator: TermEvaluator) -> None:
         self.data = data
         self.model = model
         self.evaluator = evaluator

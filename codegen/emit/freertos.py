@@ -11,7 +11,7 @@ from importlib import resources
 
 from cspcheck.codegen import targets
 from cspcheck.codegen.design.system import System, SystemChannel, SystemMethod, SystemTask, value_name
-from cspcheck.codegen.emit.project import Project
+from cspcheck.codegen.emit.project import ProjectFiles
 from cspcheck.codegen.quoting import c_comment, c_name, c_text, markdown, shell
 
 STACK_WORDS = 256
@@ -32,14 +32,14 @@ def runtime_files() -> dict[str, str]:
 
 
 @dataclass(frozen=True)
-class Field:
+class CField:
     """The type of a field in C, and how a value of it is written."""
 
     type: str
     values: dict[Hashable, str]
 
 
-def project(system: System, folder: str) -> Project:
+def project(system: System, folder: str) -> ProjectFiles:
     """The program of a system, to be put into *folder*."""
     return _Writer(system, os.path.basename(os.path.abspath(folder)) or "program").project()
 
@@ -49,7 +49,7 @@ class _Writer:
         self.system = system
         self.folder = folder
         self.taken: set[str] = set()
-        self.types: dict[tuple[Hashable, ...], Field] = {}
+        self.types: dict[tuple[Hashable, ...], CField] = {}
         self.definitions: list[str] = []
         self.labels = [self._unique(str(c_name(channel.label)).lower()) for channel in system.channels]
         self.fields = [[self._field(domain) for domain in channel.domains] for channel in system.channels]
@@ -61,7 +61,7 @@ class _Writer:
                     channel = str(c_name(system.channels[method.channel].name.rpartition("::")[2]))
                     self.methods[key] = self._unique(f"{c_name(task.definition)}_{channel}".lower())
 
-    def project(self) -> Project:
+    def project(self) -> ProjectFiles:
         """All files."""
         generated = {
             "program.h": self._header(),
@@ -73,7 +73,7 @@ class _Writer:
             "README.md": self._readme(),
         }
         yours = {"methods.c": self._bodies()} if self.methods else {}
-        return Project(generated | runtime_files(), yours, {})
+        return ProjectFiles(generated | runtime_files(), yours, {})
 
     def _unique(self, name: str) -> str:
         candidate, count = name, 2
@@ -84,13 +84,13 @@ class _Writer:
 
     # --- types -----------------------------------------------------------------------------------------------
 
-    def _field(self, domain: tuple[Hashable, ...]) -> Field:
+    def _field(self, domain: tuple[Hashable, ...]) -> CField:
         """The type of the values of a field: a number, or an enumeration of what they are called."""
         known = self.types.get(domain)
         if known is not None:
             return known
         if all(type(value) is int for value in domain):
-            found = Field("int32_t", {value: str(value) for value in domain})
+            found = CField("int32_t", {value: str(value) for value in domain})
         else:
             name = self._unique(f"type_{len(self.types)}")
             constants = [self._unique(f"{name}_{c_name(value_name(value))}") for value in domain]
@@ -99,7 +99,7 @@ class _Writer:
                 for i, (constant, value) in enumerate(zip(constants, domain, strict=True))
             ]
             self.definitions.append("\n".join(["typedef enum {", *rows, f"}} {name}_t;"]))
-            found = Field(f"{name}_t", dict(zip(domain, constants, strict=True)))
+            found = CField(f"{name}_t", dict(zip(domain, constants, strict=True)))
         self.types[domain] = found
         return found
 

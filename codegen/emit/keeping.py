@@ -22,7 +22,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from cspcheck.codegen import messages
-from cspcheck.codegen.emit.project import RUNTIME, Project
+from cspcheck.codegen.emit.project import RUNTIME, ProjectFiles
 from cspcheck.codegen.emit.signatures import heads_in
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
 
@@ -45,7 +45,7 @@ class Written:
     warnings: list[Diagnostic] = field(default_factory=list)
 
 
-def write(project: Project, folder: str | os.PathLike[str], *, force: bool = False) -> Written:
+def write(project: ProjectFiles, folder: str | os.PathLike[str], *, force: bool = False) -> Written:
     """Write a program into a folder.
 
     Args:
@@ -126,7 +126,7 @@ def _check_links(place: Path) -> None:
         raise ScriptError(messages.foreign_folder(str(place), [f"{name} (a link)" for name in links]))
 
 
-def _check_folder(project: Project, place: Path, before: Mapping[str, str]) -> None:
+def _check_folder(project: ProjectFiles, place: Path, before: Mapping[str, str]) -> None:
     """Make sure that no generated file takes the place of one that was not generated.
 
     Raises:
@@ -245,7 +245,7 @@ def _digest_of(path: Path) -> str | None:
     return None if text is None else _digest(text)
 
 
-def orphans(project: Project, folder: str | os.PathLike[str]) -> Iterable[str]:
+def orphans(project: ProjectFiles, folder: str | os.PathLike[str]) -> Iterable[str]:
     """Methods files in a folder whose task is not in the program any more."""
     place = Path(folder)
     return sorted(

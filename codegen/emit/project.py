@@ -13,7 +13,7 @@ from typing import Any
 from cspcheck.codegen import quoting, runtime
 from cspcheck.codegen.design.model import Design, MethodDesign, TaskDesign
 from cspcheck.codegen.design.naming import camel
-from cspcheck.codegen.design.timing import Timing
+from cspcheck.codegen.design.timing import TaskTiming
 
 WIDTH = 120
 RUNTIME = "runtime"
@@ -21,7 +21,7 @@ RUNTIME = "runtime"
 
 
 @dataclass(frozen=True)
-class Project:
+class ProjectFiles:
     """The texts by file name: ``generated`` are written each time, ``yours`` once.
 
     ``interfaces`` says for each file of ``yours`` which methods its class must have, with their signatures.
@@ -72,7 +72,7 @@ def runtime_files() -> Mapping[str, str]:
     return {f"{RUNTIME}/{name}": files.joinpath(name).read_text(encoding="utf-8") for name in names}
 
 
-def project(design: Design, folder: str) -> Project:
+def project(design: Design, folder: str) -> ProjectFiles:
     """The program of a design, to be put into *folder*."""
     return _Writer(design, os.path.basename(os.path.abspath(folder)) or "program").project()
 
@@ -82,7 +82,7 @@ class _Writer:
         self.design = design
         self.folder = folder
 
-    def project(self) -> Project:
+    def project(self) -> ProjectFiles:
         generated = {"__init__.py": self._render("init.py.j2"), "data_types.py": self._data_types()}
         generated["channels.py"] = self._channels()
         if self.design.functions:
@@ -98,7 +98,7 @@ class _Writer:
         generated["main.py"] = self._main()
         generated["pyproject.toml"] = self._render("pyproject.toml.j2")
         generated["README.md"] = self._render("README.md.j2", yours=yours, remark=self._remark)
-        return Project(
+        return ProjectFiles(
             {name: _tidy(text) for name, text in generated.items()} | dict(runtime_files()),
             {name: _tidy(text) for name, text in yours.items()},
             interfaces,
@@ -294,7 +294,7 @@ def wrapped(statement: str) -> str:
     return f"{head}(\n    {rest[:-1]}\n)"
 
 
-def _settings(timing: Timing) -> str:
+def _settings(timing: TaskTiming) -> str:
     """The arguments that say how a task is run."""
     settings = ""
     if timing.priority:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
-class Head:
+class FunctionHead:
     """The head of a function.
 
     Attributes:
@@ -31,15 +31,17 @@ _ADA_HEAD = re.compile(
 )
 
 
-def heads_in(name: str, text: str) -> dict[str, Head]:
+def heads_in(name: str, text: str) -> dict[str, FunctionHead]:
     """The functions that the text of the file *name* (``.c`` or ``.adb``) defines, by name; none of another file."""
     if name.endswith(".c"):
         found = _C_HEAD.finditer(_C_COMMENT.sub(" ", text))
-        return {one["name"]: Head(_line(one[0].rstrip("{")), _c_shape(one["gives"], one["takes"])) for one in found}
+        return {
+            one["name"]: FunctionHead(_line(one[0].rstrip("{")), _c_shape(one["gives"], one["takes"])) for one in found
+        }
     if name.endswith(".adb"):
         found = _ADA_HEAD.finditer(_ADA_COMMENT.sub(" ", text))
         return {
-            one["name"].lower(): Head(_line(one[0][:-2]), _ada_shape(one["takes"] or "", one["gives"] or ""))
+            one["name"].lower(): FunctionHead(_line(one[0][:-2]), _ada_shape(one["takes"] or "", one["gives"] or ""))
             for one in found
         }
     return {}

@@ -70,7 +70,7 @@ def _check(options: dict[str, Any], goals: Sequence[Target | EmptyFolder]) -> Ex
     from cspcheck.cli.streams import output_to
     from cspcheck.report import report
     from cspcheck.report.style import style_for
-    from cspcheck.selection import Pattern
+    from cspcheck.selection import AssertionPattern
 
     verbosity = options["verbose"] - options["quiet"]
     with output_to(options["output"]) as output:
@@ -81,7 +81,7 @@ def _check(options: dict[str, Any], goals: Sequence[Target | EmptyFolder]) -> Ex
                 machines=options["form"] == "html",
             ),
             report(options["form"], output.write, style_for(output.stream, options["color"]), verbosity),
-            patterns=[Pattern(text) for text in options["patterns"]],
+            patterns=[AssertionPattern(text) for text in options["patterns"]],
             color=options["color"],
             verbosity=verbosity,
         )

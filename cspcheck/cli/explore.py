@@ -35,13 +35,13 @@ def command(**options: Any) -> None:
     from cspcheck import checking
     from cspcheck.cli.streams import StandardOutput
     from cspcheck.exploring.model import Explorer
-    from cspcheck.exploring.server import Server
+    from cspcheck.exploring.server import ExplorerServer
 
     used = settings(options, definitions(options))
     script = checking.load(options["file"], used)
     if options["process"] is not None:
         script.process(options["process"])
-    server = Server(Explorer(script, used, options["process"]), options["port"])
+    server = ExplorerServer(Explorer(script, used, options["process"]), options["port"])
     StandardOutput().write(f"{server.address}\n(Ctrl-C ends it)\n")
     if options["browser"]:
         webbrowser.open(server.address)

@@ -51,11 +51,11 @@ def command(**options: Any) -> None:
     from cspcheck.cli.streams import Remarks, output_to
     from cspcheck.cspm.diagnostics import ScriptError
     from cspcheck.messages import nothing_to_mutate
-    from cspcheck.mutating import Mutant, Mutation, Nothing
+    from cspcheck.mutating import Mutant, Mutation, NothingToNotice
     from cspcheck.report.mutate import document, listing, summary
     from cspcheck.report.style import is_terminal, style_for
     from cspcheck.result import Exit
-    from cspcheck.selection import EmptyFolder, Pattern, targets
+    from cspcheck.selection import AssertionPattern, EmptyFolder, targets
 
     chosen: list[tuple[str, frozenset[int] | None]] = []
     for target in targets(options["files"]):
@@ -80,7 +80,7 @@ def command(**options: Any) -> None:
                 mutation = Mutation(
                     chosen,
                     settings(options, definitions(options)),
-                    patterns=[Pattern(text) for text in options["patterns"]],
+                    patterns=[AssertionPattern(text) for text in options["patterns"]],
                     kinds=options["kinds"],
                     system=options["system"],
                     watch=line,
@@ -91,7 +91,7 @@ def command(**options: Any) -> None:
                 ):
                     found.append(mutant)
                     interrupts.poll()
-        except Nothing:
+        except NothingToNotice:
             raise ScriptError(nothing_to_mutate(chosen[0][0])) from None
         except KeyboardInterrupt:
             interrupted = True

@@ -37,7 +37,7 @@ class _Parsed(click.ParamType):  # type: ignore[type-arg]  # not generic before 
             self.fail(str(error), param, ctx)
 
 
-class Definition(click.ParamType):  # type: ignore[type-arg]  # not generic before click 8.2
+class DefineOption(click.ParamType):  # type: ignore[type-arg]  # not generic before click 8.2
     """``NAME=EXPR``."""
 
     name = "name=expr"
@@ -207,7 +207,7 @@ script_options = _all(
     click.option(
         "-D",
         "definitions",
-        type=Definition(),
+        type=DefineOption(),
         multiple=True,
         metavar="NAME=EXPR",
         help="Override a top-level constant of the scripts.",

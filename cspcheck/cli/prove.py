@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from cspcheck.checker.proof.finding import Finding
     from cspcheck.cspm.oz import core
     from cspcheck.cspm.script import Script
-    from cspcheck.report.prove import Listing
+    from cspcheck.report.prove import ProofListing
 
 FORMATS = ("full", "json")
 
@@ -52,20 +52,20 @@ def command(**options: Any) -> None:
     is proved; 1 something is refuted; 3 something is not decided; 5 there is nothing to prove.
     """
     from cspcheck import checking
-    from cspcheck.checker.proof.question import Settings
+    from cspcheck.checker.proof.question import SolverSettings
     from cspcheck.cli.streams import output_to
-    from cspcheck.report.prove import Document, FullListing
+    from cspcheck.report.prove import FullListing, ProofDocument
     from cspcheck.report.style import style_for
     from cspcheck.result import Exit
     from cspcheck.selection import EmptyFolder, targets
 
     smtlib: list[tuple[str, str]] | None = [] if options["smtlib"] is not None else None
-    settings = Settings(seconds=options["timeout"] or 10.0, limit=options["timeout"], smtlib=smtlib)
+    settings = SolverSettings(seconds=options["timeout"] or 10.0, limit=options["timeout"], smtlib=smtlib)
     loading = checking.Settings(definitions=definitions(options), include_roots=options["include_roots"])
     with output_to(options["output"]) as output:
-        listing: Listing
+        listing: ProofListing
         if options["form"] == "json":
-            listing = Document(output.write)
+            listing = ProofDocument(output.write)
         else:
             style = style_for(output.stream, options["color"])
             listing = FullListing(output.write, style, options["verbose"] - options["quiet"])
@@ -137,7 +137,7 @@ def _findings(script: Script, options: dict[str, Any], settings: Any) -> Iterato
             yield from whole_refinement(assertion.node, specification, settings)
 
 
-def _preconditions(script: Script, options: dict[str, Any], settings: Any, listing: Listing) -> None:
+def _preconditions(script: Script, options: dict[str, Any], settings: Any, listing: ProofListing) -> None:
     from cspcheck.checker.proof.answer import operation_of, specification_of
     from cspcheck.checker.proof.precondition import precondition
     from cspcheck.checker.proof.prover import Prover

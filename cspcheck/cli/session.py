@@ -16,7 +16,7 @@ from cspcheck.failure import InternalErrors
 from cspcheck.messages import empty_folder, no_assertions, nothing_selected
 from cspcheck.report.style import ColorChoice, is_terminal, style_for
 from cspcheck.result import Exit, Result, Summary, exit_of, worst
-from cspcheck.selection import STDIN, EmptyFolder, Pattern, Target, select
+from cspcheck.selection import STDIN, AssertionPattern, EmptyFolder, Target, select
 
 if TYPE_CHECKING:
     from cspcheck.checking import Settings
@@ -32,7 +32,7 @@ class Session:
         settings: Settings,
         report: Report,
         *,
-        patterns: Sequence[Pattern] = (),
+        patterns: Sequence[AssertionPattern] = (),
         color: ColorChoice = "auto",
         verbosity: int = 0,
         label: str = "",

@@ -11,7 +11,7 @@ import click
 from cspcheck.cli import finish
 from cspcheck.cli.options import (
     ConfiguredCommand,
-    Definition,
+    DefineOption,
     assert_option,
     configured_definitions,
     files_argument,
@@ -30,7 +30,7 @@ FORMATS = ("table", "json", "csv")
 @click.option(
     "-D",
     "definitions",
-    type=Definition(),
+    type=DefineOption(),
     multiple=True,
     metavar="NAME=VALUES",
     help="The values of a constant: 2..8, or 2,4,8; several -D are combined.",
@@ -55,7 +55,7 @@ def command(**options: Any) -> None:
     from cspcheck.report.style import style_for
     from cspcheck.report.sweep import Collected, comma_separated, document, table
     from cspcheck.result import Exit, worst
-    from cspcheck.selection import Pattern, targets
+    from cspcheck.selection import AssertionPattern, targets
     from cspcheck.sweeping import Swept, combinations, parse_sweep, varying
 
     try:
@@ -79,7 +79,7 @@ def command(**options: Any) -> None:
             session = Session(
                 replace(base, definitions={**base.definitions, **values}),
                 Collected(swept),
-                patterns=[Pattern(text) for text in options["patterns"]],
+                patterns=[AssertionPattern(text) for text in options["patterns"]],
                 color=options["color"],
                 verbosity=verbosity,
                 label=where,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cspcheck.drawing.picture import Node, Picture, folded
+from cspcheck.drawing.picture import Picture, PictureNode, folded
 from cspcheck.report.style import harmless_lines
 
 _NODE_STYLE = {
@@ -27,7 +27,7 @@ def render(picture: Picture) -> str:
     return "\n".join([*lines, "}", ""])
 
 
-def _style(node: Node) -> str:
+def _style(node: PictureNode) -> str:
     return _NODE_STYLE[node.kind]
 
 

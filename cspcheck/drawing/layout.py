@@ -52,7 +52,7 @@ class Route:
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class PictureLayout:
     """Centres of the nodes, routes of the edges (in the order given), and the size of the whole in pixels."""
 
     centres: tuple[tuple[float, float], ...]
@@ -97,7 +97,7 @@ def layered(
     *,
     roots: Sequence[int] = (0,),
     labels: Sequence[Size] = (),
-) -> Layout:
+) -> PictureLayout:
     """Lay a graph out from top to bottom.
 
     Args:
@@ -107,7 +107,7 @@ def layered(
         labels: the size of each edge's label, in the order of *edges*; missing ones are empty.
     """
     if not sizes:
-        return Layout((), (), 0.0, 0.0)
+        return PictureLayout((), (), 0.0, 0.0)
     label_sizes = [*labels, *[Size(0.0, 0.0)] * (len(edges) - len(labels))]
     graph = _with_dummies(sizes, edges, _layers(len(sizes), edges, roots), label_sizes)
     _reduce_crossings(graph)
@@ -123,7 +123,7 @@ def layered(
     places = [(x[n], y[graph.layer[n]]) for n in range(len(x))]
     routes = tuple(_route(edge, i, graph, places, sizes) for i, edge in enumerate(edges))
     width = max(position + graph.right[n] for n, position in enumerate(x))
-    return Layout(tuple(places[: len(sizes)]), routes, width, top - LAYER_GAP)
+    return PictureLayout(tuple(places[: len(sizes)]), routes, width, top - LAYER_GAP)
 
 
 def _layers(nodes: int, edges: Sequence[tuple[int, int]], roots: Sequence[int]) -> list[int]:

@@ -11,7 +11,7 @@ from cspcheck.checker.lts import Lts
 from cspcheck.checker.network.network import Network
 from cspcheck.cspm.process.events import TAU, TICK, EventTable
 from cspcheck.cspm.process.terms import Compressed, Hide, Prioritised, Process, Project, Reference, Rename
-from cspcheck.drawing.picture import Edge, EdgeKind, Node, Picture, folded
+from cspcheck.drawing.picture import Edge, EdgeKind, Picture, PictureNode, folded
 
 
 def machine_picture(title: str, lts: Lts, events: EventTable, describe: Callable[[int], str] | None = None) -> Picture:
@@ -31,11 +31,11 @@ def machine_picture(title: str, lts: Lts, events: EventTable, describe: Callable
     for i, state in enumerate(order):
         hint = describe(state) if describe else ""
         if i == 0:
-            nodes.append(Node(str(i), "initial", hint))
+            nodes.append(PictureNode(str(i), "initial", hint))
         elif i in terminated:
-            nodes.append(Node(str(i), "terminated", hint if hint and hint != "(terminated)" else "terminated"))
+            nodes.append(PictureNode(str(i), "terminated", hint if hint and hint != "(terminated)" else "terminated"))
         else:
-            nodes.append(Node(str(i), "state" if rows[i] else "deadlock", hint))
+            nodes.append(PictureNode(str(i), "state" if rows[i] else "deadlock", hint))
     edges: dict[tuple[int, int, bool], list[str]] = {}
     for i, row in enumerate(rows):
         for label, target in row:
@@ -73,7 +73,9 @@ def architecture_picture(title: str, network: Network, events: EventTable) -> Pi
             own.setdefault(participants[0], {})[channel] = None
     names = distinct_names(slot.name for slot in network.slots)
     nodes = [
-        Node(name, "component", f"own: {', '.join(own[i])}" if i in own else "", tuple(folded(tuple(own.get(i, ())))))
+        PictureNode(
+            name, "component", f"own: {', '.join(own[i])}" if i in own else "", tuple(folded(tuple(own.get(i, ()))))
+        )
         for i, name in enumerate(names)
     ]
     senders = {(slot, channel) for (slot, channel), own in labels.items() if _says_which(network.slots[slot].lts, own)}
@@ -82,7 +84,7 @@ def architecture_picture(title: str, network: Network, events: EventTable) -> Pi
         if len(participants) == 2:
             edges += _lines(participants, channels, senders)
             continue
-        nodes.append(Node("", "junction", ", ".join(channels)))
+        nodes.append(PictureNode("", "junction", ", ".join(channels)))
         edges += [
             Edge(len(nodes) - 1, slot, tuple(channels) if i == 0 else (), "channel")
             for i, slot in enumerate(participants)

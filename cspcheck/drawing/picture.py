@@ -11,7 +11,7 @@ EdgeKind = Literal["event", "tau", "channel", "flow"]
 
 
 @dataclass(frozen=True, slots=True)
-class Node:
+class PictureNode:
     """A box or circle with a label; ``hint`` is shown where the format can show more (a tooltip).
 
     ``details`` are further lines inside a box, in smaller print.
@@ -38,7 +38,7 @@ class Picture:
     """A titled graph; node 0 is where reading starts."""
 
     title: str
-    nodes: tuple[Node, ...]
+    nodes: tuple[PictureNode, ...]
     edges: tuple[Edge, ...]
 
 

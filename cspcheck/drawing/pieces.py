@@ -8,7 +8,7 @@ from math import cos, hypot, pi, sin
 
 import networkx
 
-from cspcheck.drawing.layout import Layout, Route, Size, border, layered
+from cspcheck.drawing.layout import PictureLayout, Route, Size, border, layered
 
 GAP = 36.0
 """Between two pieces."""
@@ -18,7 +18,7 @@ RING = 4
 """Rings of fewer nodes look better as layers."""
 
 
-def in_pieces(sizes: Sequence[Size], edges: Sequence[tuple[int, int]], *, labels: Sequence[Size] = ()) -> Layout:
+def in_pieces(sizes: Sequence[Size], edges: Sequence[tuple[int, int]], *, labels: Sequence[Size] = ()) -> PictureLayout:
     """Lay out the connected pieces of a graph one by one and put them in columns, the largest first.
 
     Args:
@@ -48,7 +48,7 @@ def in_pieces(sizes: Sequence[Size], edges: Sequence[tuple[int, int]], *, labels
             routes[i] = replace(route.moved(left, top), source=edges[i][0], target=edges[i][1])
         column, width, height = max(column, laid.width), max(width, left + laid.width), max(height, top + laid.height)
         top += laid.height + GAP
-    return Layout(tuple(centres), tuple(route for route in routes if route is not None), width, height)
+    return PictureLayout(tuple(centres), tuple(route for route in routes if route is not None), width, height)
 
 
 def _pieces(nodes: int, edges: Sequence[tuple[int, int]]) -> list[list[int]]:
@@ -64,7 +64,7 @@ def _neighbours(nodes: int, edges: Sequence[tuple[int, int]]) -> networkx.Graph[
     return graph
 
 
-def _piece(sizes: Sequence[Size], edges: Sequence[tuple[int, int]], labels: Sequence[Size]) -> Layout:
+def _piece(sizes: Sequence[Size], edges: Sequence[tuple[int, int]], labels: Sequence[Size]) -> PictureLayout:
     around = _around(len(sizes), edges)
     return layered(sizes, edges, labels=labels) if around is None else _ring(around, sizes, edges, labels)
 
@@ -80,7 +80,9 @@ def _around(nodes: int, edges: Sequence[tuple[int, int]]) -> list[int] | None:
     return order
 
 
-def _ring(around: list[int], sizes: Sequence[Size], edges: Sequence[tuple[int, int]], labels: Sequence[Size]) -> Layout:
+def _ring(
+    around: list[int], sizes: Sequence[Size], edges: Sequence[tuple[int, int]], labels: Sequence[Size]
+) -> PictureLayout:
     """The nodes on a circle that is large enough for them and for the labels between, the first at the top."""
     widest = max(hypot(size.width, size.height) for size in sizes)
     longest = max((hypot(size.width, size.height) for size in labels), default=0.0)
@@ -120,4 +122,4 @@ def _ring(around: list[int], sizes: Sequence[Size], edges: Sequence[tuple[int, i
     left, top = min(x for x, _ in corners), min(y for _, y in corners)
     right, bottom = max(x for x, _ in corners), max(y for _, y in corners)
     moved = tuple(route.moved(-left, -top) for route in routes)
-    return Layout(tuple((x - left, y - top) for x, y in centres), moved, right - left, bottom - top)
+    return PictureLayout(tuple((x - left, y - top) for x, y in centres), moved, right - left, bottom - top)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from cspcheck.drawing.layout import Route, Size, layered
-from cspcheck.drawing.picture import Edge, Node, Picture, folded
+from cspcheck.drawing.picture import Edge, Picture, PictureNode, folded
 from cspcheck.drawing.pieces import in_pieces
 from cspcheck.drawing.text import escape
 
@@ -81,7 +81,7 @@ def document(title: str, width: float, height: float, parts: Sequence[str]) -> s
     )
 
 
-def _size(node: Node) -> Size:
+def _size(node: PictureNode) -> Size:
     if node.kind == "component":
         widest = max([text_width(node.label), *(text_width(line) * DETAIL_SCALE for line in node.details)])
         return Size(widest + 28, 38.0 + len(node.details) * DETAIL_HEIGHT)
@@ -90,7 +90,7 @@ def _size(node: Node) -> Size:
     return Size(max(2 * RADIUS, text_width(node.label) + 14), 2 * RADIUS)
 
 
-def _node(node: Node, size: Size, centre: tuple[float, float]) -> str:
+def _node(node: PictureNode, size: Size, centre: tuple[float, float]) -> str:
     x, y = centre
     hint = f"<title>{escape(node.hint)}</title>" if node.hint else ""
     radius = 4.0 if node.kind == "component" else size.height / 2

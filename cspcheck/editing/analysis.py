@@ -28,7 +28,7 @@ Open = Callable[[str], str | None]
 
 
 @dataclass(frozen=True, slots=True)
-class Claim:
+class ClaimedAssertion:
     """An assertion of the script: its text and where it stands."""
 
     text: str
@@ -64,12 +64,12 @@ class Analysis:
         )
 
     @cached_property
-    def claims(self) -> list[Claim]:
+    def claims(self) -> list[ClaimedAssertion]:
         """The assertions of the file itself."""
         if self.tree is None:
             return []
         return [
-            Claim(print_assertion(node.assertion), node.span)
+            ClaimedAssertion(print_assertion(node.assertion), node.span)
             for node in _all(self.tree)
             if isinstance(node, syntax.AssertDeclaration) and node.span.source is self.source
         ]

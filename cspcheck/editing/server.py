@@ -33,7 +33,7 @@ PAUSE = 0.15
 """Seconds without a key before a text is analysed."""
 
 
-class Server(LanguageServer):
+class EditorServer(LanguageServer):
     """The server of one editor.
 
     Attributes:
@@ -213,56 +213,56 @@ def _related(source: Source, counterexample: dict[str, Any]) -> list[types.Diagn
     return related
 
 
-server = Server()
+server = EditorServer()
 
 
 @server.feature(types.TEXT_DOCUMENT_DID_OPEN)
-def _open(ls: Server, params: types.DidOpenTextDocumentParams) -> None:
+def _open(ls: EditorServer, params: types.DidOpenTextDocumentParams) -> None:
     ls.publish(params.text_document.uri)
 
 
 @server.feature(types.TEXT_DOCUMENT_DID_CHANGE)
-async def _change(ls: Server, params: types.DidChangeTextDocumentParams) -> None:
+async def _change(ls: EditorServer, params: types.DidChangeTextDocumentParams) -> None:
     ls.changed(params.text_document.uri)
 
 
 @server.feature(types.TEXT_DOCUMENT_DID_SAVE)
-async def _save(ls: Server, params: types.DidSaveTextDocumentParams) -> None:
+async def _save(ls: EditorServer, params: types.DidSaveTextDocumentParams) -> None:
     for uri in list(ls.workspace.text_documents):
         ls.changed(uri, 0)
 
 
 @server.feature(types.TEXT_DOCUMENT_DID_CLOSE)
-def _close(ls: Server, params: types.DidCloseTextDocumentParams) -> None:
+def _close(ls: EditorServer, params: types.DidCloseTextDocumentParams) -> None:
     ls.closed(params.text_document.uri)
 
 
 @server.feature(types.TEXT_DOCUMENT_HOVER)
-def _hover(ls: Server, params: types.HoverParams) -> types.Hover | None:
+def _hover(ls: EditorServer, params: types.HoverParams) -> types.Hover | None:
     uri = params.text_document.uri
     return answers.hover(ls.analysis(uri), params.position, ls.verdicts.get(uri, {}))
 
 
 @server.feature(types.TEXT_DOCUMENT_DEFINITION)
-def _definition(ls: Server, params: types.DefinitionParams) -> list[types.Location]:
+def _definition(ls: EditorServer, params: types.DefinitionParams) -> list[types.Location]:
     return answers.definitions(ls.analysis(params.text_document.uri), params.position)
 
 
 @server.feature(types.TEXT_DOCUMENT_REFERENCES)
-def _references(ls: Server, params: types.ReferenceParams) -> list[types.Location]:
+def _references(ls: EditorServer, params: types.ReferenceParams) -> list[types.Location]:
     found = ls.analysis(params.text_document.uri)
     return answers.references(found, params.position, declarations=params.context.include_declaration)
 
 
 @server.feature(types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT)
-def _highlight(ls: Server, params: types.DocumentHighlightParams) -> list[types.DocumentHighlight]:
+def _highlight(ls: EditorServer, params: types.DocumentHighlightParams) -> list[types.DocumentHighlight]:
     uri = params.text_document.uri
     found = answers.references(ls.analysis(uri), params.position)
     return [types.DocumentHighlight(place.range) for place in found if place.uri == uri_of(path_of(uri))]
 
 
 @server.feature(types.TEXT_DOCUMENT_PREPARE_RENAME)
-def _prepare_rename(ls: Server, params: types.PrepareRenameParams) -> types.Range | None:
+def _prepare_rename(ls: EditorServer, params: types.PrepareRenameParams) -> types.Range | None:
     try:
         return answers.renameable(ls.analysis(params.text_document.uri), params.position)
     except answers.CannotRename:
@@ -270,7 +270,7 @@ def _prepare_rename(ls: Server, params: types.PrepareRenameParams) -> types.Rang
 
 
 @server.feature(types.TEXT_DOCUMENT_RENAME, types.RenameOptions(prepare_provider=True))
-def _rename(ls: Server, params: types.RenameParams) -> types.WorkspaceEdit:
+def _rename(ls: EditorServer, params: types.RenameParams) -> types.WorkspaceEdit:
     found = ls.analysis(params.text_document.uri)
     try:
         return types.WorkspaceEdit(changes=answers.renamed(found, params.position, params.new_name, ls.opened))
@@ -279,29 +279,29 @@ def _rename(ls: Server, params: types.RenameParams) -> types.WorkspaceEdit:
 
 
 @server.feature(types.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
-def _symbols(ls: Server, params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
+def _symbols(ls: EditorServer, params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
     return answers.symbols(ls.analysis(params.text_document.uri))
 
 
 @server.feature(types.TEXT_DOCUMENT_COMPLETION, types.CompletionOptions(trigger_characters=[":", "["]))
-def _completion(ls: Server, params: types.CompletionParams) -> list[types.CompletionItem]:
+def _completion(ls: EditorServer, params: types.CompletionParams) -> list[types.CompletionItem]:
     uri = params.text_document.uri
     text = ls.workspace.get_text_document(uri).source
     return answers.completions(ls.analysis(uri), text, params.position, ls.last(uri))
 
 
 @server.feature(types.TEXT_DOCUMENT_FORMATTING)
-def _formatting(ls: Server, params: types.DocumentFormattingParams) -> list[types.TextEdit]:
+def _formatting(ls: EditorServer, params: types.DocumentFormattingParams) -> list[types.TextEdit]:
     return answers.formatted(ls.analysis(params.text_document.uri).source)
 
 
 @server.feature(types.TEXT_DOCUMENT_CODE_LENS)
-def _lenses(ls: Server, params: types.CodeLensParams) -> list[types.CodeLens]:
+def _lenses(ls: EditorServer, params: types.CodeLensParams) -> list[types.CodeLens]:
     return answers.lenses(ls.analysis(params.text_document.uri))
 
 
 @server.command("cspcheck.check")
-async def _check(ls: Server, uri: str, line: int | None = None) -> dict[str, Any] | None:
+async def _check(ls: EditorServer, uri: str, line: int | None = None) -> dict[str, Any] | None:
     document = await ls.check(uri, line)
     if document is None:
         ls.window_show_message(types.ShowMessageParams(types.MessageType.Error, "the check did not come to an end"))
@@ -313,7 +313,7 @@ async def _check(ls: Server, uri: str, line: int | None = None) -> dict[str, Any
 
 
 @server.command("cspcheck.probe")
-def _probe(ls: Server, uri: str, line: int) -> str:
+def _probe(ls: EditorServer, uri: str, line: int) -> str:
     """For editors without a terminal of their own: the command to be typed."""
     command = f"cspcheck probe --at {shlex.quote(f'{path_of(uri)}:{line}')}"
     ls.window_show_message(types.ShowMessageParams(types.MessageType.Info, command))

@@ -23,7 +23,7 @@ _HEADERS = {
 }
 
 
-class Server(ThreadingHTTPServer):
+class ExplorerServer(ThreadingHTTPServer):
     """Serves one explorer.
 
     Attributes:
@@ -49,7 +49,7 @@ class Server(ThreadingHTTPServer):
 
 
 class _Handler(BaseHTTPRequestHandler):
-    server: Server
+    server: ExplorerServer
     server_version = "cspcheck"
     sys_version = ""
 

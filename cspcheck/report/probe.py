@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from cspcheck.checker.explain.blocked_slots import shortest_cycle
-from cspcheck.checker.explain.running import Component, Performed, is_composed
+from cspcheck.checker.explain.running import Performed, RunningComponent, is_composed
 from cspcheck.cspm.process.terms import Process
 from cspcheck.cspm.process.text import describe
 from cspcheck.probing import Probe, ProbeStep, step_name
@@ -87,7 +87,7 @@ class _Names:
         self._here = {component: name for name, component, _ in probe.components()}
         self.alone = len(self._here) == 1
 
-    def of(self, component: Component) -> str:
+    def of(self, component: RunningComponent) -> str:
         return self._here.get(component, component.name)
 
     def parts(self, performed: Performed) -> str:

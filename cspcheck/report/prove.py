@@ -23,7 +23,7 @@ _SLOW = 1.0
 """Seconds from which on the time is told."""
 
 
-class Listing(Protocol):
+class ProofListing(Protocol):
     """Takes findings as they come."""
 
     def script(self, name: str) -> None:
@@ -225,7 +225,7 @@ def _broken(finding: Finding) -> BrokenObligation:
     )
 
 
-class Document:
+class ProofDocument:
     """For programs: one JSON document."""
 
     def __init__(self, write: Callable[[str], object]) -> None:

@@ -10,7 +10,7 @@ from cspcheck.cspm.values.sets import FiniteSet
 from cspcheck.cspm.values.values import ATOMS, Map, Sequence, deep
 
 
-class Failed:
+class FailedArgument:
     """An argument that cannot be evaluated. Nothing wrong with that as long as nobody asks for it."""
 
     __slots__ = ("diagnostic",)
@@ -24,7 +24,7 @@ class Failed:
         return (self.diagnostic.code, self.diagnostic.message, place)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Failed) and self._identity() == other._identity()
+        return isinstance(other, FailedArgument) and self._identity() == other._identity()
 
     def __hash__(self) -> int:
         return hash(self._identity())
@@ -50,7 +50,7 @@ def key_of(value: Any, level: int = 0) -> Any:
     try:
         return deep(value, level)
     except Failure as failure:
-        return Itself(value) if failure.is_limit else Failed(failure.diagnostic)
+        return Itself(value) if failure.is_limit else FailedArgument(failure.diagnostic)
 
 
 def native(value: Any) -> Any:

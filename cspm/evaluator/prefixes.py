@@ -51,7 +51,7 @@ MOST_BRANCHES = 1 << 20
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class EventPart:
     """What a prefix says of the next part of its event: a field, or what stands between two dots of a pattern.
 
     Every part stands for one single field, but for the last one: a pattern there is for all that is missing.
@@ -62,7 +62,7 @@ class Part:
     is_last: bool
 
 
-def _parts(node: syntax.Prefix) -> tuple[Part, ...]:
+def _parts(node: syntax.Prefix) -> tuple[EventPart, ...]:
     """The fields of *node*, with dotted patterns taken apart, but for those with a set of their own."""
     found: list[tuple[syntax.Field, syntax.Pattern | None]] = []
     for field in node.fields:
@@ -71,7 +71,7 @@ def _parts(node: syntax.Prefix) -> tuple[Part, ...]:
         else:
             found += [(field, pattern) for pattern in flat_dots(field.pattern)]
     last = len(found) - 1
-    return tuple([Part(field, pattern, i == last) for i, (field, pattern) in enumerate(found)])
+    return tuple([EventPart(field, pattern, i == last) for i, (field, pattern) in enumerate(found)])
 
 
 def _number(branch: tuple[int, Process]) -> int:
@@ -108,7 +108,7 @@ def _prefix(evaluator: Evaluator, node: syntax.Prefix, frame: Frame) -> Callable
 
 
 def _external(
-    evaluator: Evaluator, node: syntax.Prefix, parts: tuple[Part, ...], frame: Frame, event: Code
+    evaluator: Evaluator, node: syntax.Prefix, parts: tuple[EventPart, ...], frame: Frame, event: Code
 ) -> Callable[[Env], Process]:
     """A prefix without internal choices of fields."""
     steps = _steps(evaluator, node, parts, frame, _shared_body(evaluator, node, frame))
@@ -151,7 +151,7 @@ def _shared_body(evaluator: Evaluator, node: syntax.Prefix, frame: Frame) -> Cal
 def _steps(
     evaluator: Evaluator,
     node: syntax.Prefix,
-    parts: tuple[Part, ...],
+    parts: tuple[EventPart, ...],
     frame: Frame,
     shared: Callable[[Env], Process] | None,
 ) -> PrefixStep:
@@ -250,7 +250,7 @@ def _whole_field(
     return whole
 
 
-def _takes_anything(evaluator: Evaluator, part: Part) -> bool:
+def _takes_anything(evaluator: Evaluator, part: EventPart) -> bool:
     """Whether a part is a ``?x`` or ``?_`` over all that can be there."""
     return part.field.restriction is None and part.pattern is not None and is_irrefutable(evaluator, part.pattern)
 
@@ -292,7 +292,7 @@ def _input_over_all(span: Span, matcher: Matcher, rest: PrefixStep) -> PrefixSte
     return over_all
 
 
-def _choice(evaluator: Evaluator, part: Part, frame: Frame) -> tuple[Choice, Frame]:
+def _choice(evaluator: Evaluator, part: EventPart, frame: Frame) -> tuple[Choice, Frame]:
     """What a part that is a ``?`` or ``$`` can be, and the frame behind it."""
     field, pattern = part.field, part.pattern
     assert pattern is not None
@@ -372,7 +372,7 @@ def _restricted(restriction: Code, matcher: Matcher, last: bool, span: Span) -> 
 
 
 def _internal(
-    evaluator: Evaluator, node: syntax.Prefix, parts: tuple[Part, ...], frame: Frame, event: Code
+    evaluator: Evaluator, node: syntax.Prefix, parts: tuple[EventPart, ...], frame: Frame, event: Code
 ) -> Callable[[Env], Process]:
     """A ``$`` field: one internal choice over its values, and those of the ``$`` fields behind it."""
     choose = _internal_steps(evaluator, node, parts, frame)
@@ -389,7 +389,7 @@ def _internal(
 
 
 def _internal_steps(
-    evaluator: Evaluator, node: syntax.Prefix, parts: tuple[Part, ...], frame: Frame
+    evaluator: Evaluator, node: syntax.Prefix, parts: tuple[EventPart, ...], frame: Frame
 ) -> Callable[[Env, Any, list[Process]], None]:
     if not parts:
         body = evaluator.process(node.body, frame)

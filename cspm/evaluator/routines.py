@@ -13,7 +13,7 @@ from cspcheck.cspm.evaluator.core import PROCESS_TYPES
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.evaluator.free import mentioned
 from cspcheck.cspm.evaluator.fusion import fused_body
-from cspcheck.cspm.evaluator.keys import Failed, Itself, key_of, native
+from cspcheck.cspm.evaluator.keys import FailedArgument, Itself, key_of, native
 from cspcheck.cspm.evaluator.patterns import Matcher, compile_pattern, is_variable
 from cspcheck.cspm.evaluator.sorts import Sort
 from cspcheck.cspm.interruption import Stopped
@@ -293,7 +293,7 @@ class Routine:
                 continue
             key = key_of(argument)
             keys.append(native(key))
-            values.append(argument if type(key) is Failed or type(key) is Itself else key)
+            values.append(argument if type(key) is FailedArgument or type(key) is Itself else key)
         return self.refer(tuple(keys), base, tuple(values), body)
 
     def refer(self, keys: Any, base: Env, arguments: Env, body: Process | None = None) -> Reference:
@@ -308,7 +308,7 @@ class Routine:
         told = arguments
         if Thunk in map(type, arguments):
             told = tuple([k if type(a) is Thunk else a for a, k in zip(arguments, keys, strict=True)])
-        reference = Reference.fresh((self, captured, told), Use(self, key, base, arguments, body))
+        reference = Reference.fresh((self, captured, told), RoutineUse(self, key, base, arguments, body))
         entry = self.entries[key] = Entry(reference, self._forget)
         entry.key = key
         return reference
@@ -318,7 +318,7 @@ class Routine:
         if self.entries.get(entry.key) is entry:
             del self.entries[entry.key]
 
-    def unfold(self, use: Use, text: Callable[[], str], env: Env) -> Process:
+    def unfold(self, use: RoutineUse, text: Callable[[], str], env: Env) -> Process:
         """The term of a reference: its body, which the use keeps, and while that is a reference, that one's term."""
         key = (self, use.key)
         unfolding = self.evaluator.unfolding
@@ -372,7 +372,7 @@ class Routine:
         return value
 
 
-class Use(Definition):
+class RoutineUse(Definition):
     """What a reference to a routine needs: made for every mention of a process, so no heavier than it must be."""
 
     __slots__ = ("arguments", "base", "body", "key", "routine")

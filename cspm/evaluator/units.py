@@ -77,7 +77,7 @@ class Unit:
         return unit
 
 
-class Declarations:
+class UnitDeclarations:
     """Declares a script's units, in the order of the text, those of module instances last."""
 
     def __init__(self, evaluator: Evaluator) -> None:

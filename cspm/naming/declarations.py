@@ -23,7 +23,7 @@ Places: TypeAlias = dict[str, list[tuple[int, Span, bool]]]
 """Where each name of a scope is declared: the number of the declaration, its place, and whether it is a function."""
 
 
-class TooMany(Exception):
+class TooManyMistakes(Exception):
     """There are so many mistakes that the rest is not looked at."""
 
 
@@ -46,7 +46,7 @@ class Declarations:
         if diagnostic not in self.diagnostics:
             self.diagnostics.append(diagnostic)
         if len(self.diagnostics) >= TOO_MANY:
-            raise TooMany
+            raise TooManyMistakes
 
     def finish(self) -> None:
         """End the walk.

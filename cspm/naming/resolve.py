@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from cspcheck.cspm.diagnostics import Severity
 from cspcheck.cspm.naming import messages as messages
-from cspcheck.cspm.naming.declarations import Declarations, TooMany
+from cspcheck.cspm.naming.declarations import Declarations, TooManyMistakes
 from cspcheck.cspm.naming.modules import flatten, module_cycles
 from cspcheck.cspm.naming.patterns import doubles, variables
 from cspcheck.cspm.naming.scopes import MODULES, NotFound, Scope
@@ -36,7 +36,7 @@ def resolve(script: syntax.Script) -> Names:
     names = Names(script)
     resolver = _Resolver(names)
     names._resolver = resolver
-    with deep_recursion(), suppress(TooMany):
+    with deep_recursion(), suppress(TooManyMistakes):
         resolver.script(script)
     resolver.finish()
     return names
@@ -50,7 +50,7 @@ def resolve_more(names: Names, node: syntax.Expr | syntax.Assertion) -> None:
     """
     resolver: _Resolver = names._resolver
     names._kept.append(node)
-    with deep_recursion(), suppress(TooMany):
+    with deep_recursion(), suppress(TooManyMistakes):
         resolver.visit(node, resolver.top)
     resolver.finish()
 
@@ -325,7 +325,7 @@ class _Resolver(Declarations):
     @TIES(syntax.PrintDeclaration)
     def _visit_printdeclaration(self, node: syntax.PrintDeclaration, scope: Scope) -> None:
         before = len(self.diagnostics)
-        with suppress(TooMany):
+        with suppress(TooManyMistakes):
             self.visit(node.expression, scope)
         found = self.diagnostics[before:]
         if found:

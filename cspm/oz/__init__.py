@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from cspcheck.cspm.printing.patterns import Printing
     from cspcheck.cspm.source import Source, Span
     from cspcheck.cspm.syntax import tree as s
-    from cspcheck.cspm.typing.inference.context import Context
+    from cspcheck.cspm.typing.inference.context import InferenceContext
     from cspcheck.cspm.typing.types import Type
 
 
@@ -45,7 +45,7 @@ class ObjectZ(Extension):
     ) -> Document:
         from cspcheck.cspm.oz.reading import latex_reader
 
-        return latex_reader.Document(source, include)
+        return latex_reader.LatexDocument(source, include)
 
     def obligations(self, **fields: Any) -> s.Assertion:  # noqa: D102
         from cspcheck.cspm.oz.syntax import Obligations
@@ -87,7 +87,7 @@ class ObjectZ(Extension):
 
         return classes_of_tree(tree, semantics)
 
-    def foreign_type(self, context: Context, node: s.Foreign) -> Type:  # noqa: D102
+    def foreign_type(self, context: InferenceContext, node: s.Foreign) -> Type:  # noqa: D102
         from cspcheck.cspm.oz.processes.inferring import foreign_type
 
         return foreign_type(context, node)

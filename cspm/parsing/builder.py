@@ -17,8 +17,18 @@ from cspcheck.cspm.parsing import class_messages, messages as messages
 from cspcheck.cspm.parsing.declarations import Clauses, group
 from cspcheck.cspm.parsing.lexer import Tokens, property_words
 from cspcheck.cspm.parsing.patterns import BothExpr, WildcardExpr, to_pattern
-from cspcheck.cspm.parsing.precedence import PARALLEL, STEP, Head, Headed, Operator, Row, Signed, processes, values
-from cspcheck.cspm.parsing.types import Types
+from cspcheck.cspm.parsing.precedence import (
+    PARALLEL,
+    STEP,
+    Headed,
+    OperandRow,
+    ProcessHead,
+    RowOperator,
+    Signed,
+    processes,
+    values,
+)
+from cspcheck.cspm.parsing.types import TypeActions
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as s
 
@@ -36,7 +46,7 @@ Include = Callable[[str, Span], tuple[s.Declaration, ...]]
 """What is declared in a file, given its path as written and where that stands."""
 
 
-class Tree(Types):
+class TreeBuilder(TypeActions):
     """Builds the tree of one text."""
 
     def __init__(self, tokens: Tokens, include: Include) -> None:
@@ -315,37 +325,37 @@ class Tree(Types):
 
     # --- rows ------------------------------------------------------------------------------------------------
 
-    def row(self, span: Span, left: Any, operator: int | Operator, right: Any) -> Row:
-        row = left if isinstance(left, Row) else Row([left])
-        row.append(operator if isinstance(operator, Operator) else self._operator(operator))
+    def row(self, span: Span, left: Any, operator: int | RowOperator, right: Any) -> OperandRow:
+        row = left if isinstance(left, OperandRow) else OperandRow([left])
+        row.append(operator if isinstance(operator, RowOperator) else self._operator(operator))
         row.append(right)
         return row
 
-    def _operator(self, token: int) -> Operator:
+    def _operator(self, token: int) -> RowOperator:
         kind = self.tokens.kinds[token]
-        return Operator("<" if kind == "LESS" else kind, self.tokens.span(token))
+        return RowOperator("<" if kind == "LESS" else kind, self.tokens.span(token))
 
-    def process_row(self, span: Span, row: Row | Headed | s.Expr) -> s.Expr:
+    def process_row(self, span: Span, row: OperandRow | Headed | s.Expr) -> s.Expr:
         return row if isinstance(row, s.Expr) else processes(row, self._refuse, self._only_pattern)
 
-    def value_row(self, span: Span, row: Row | Signed | s.Expr) -> s.Expr:
+    def value_row(self, span: Span, row: OperandRow | Signed | s.Expr) -> s.Expr:
         return row if isinstance(row, s.Expr) else values(row, self._refuse)
 
     def signed(self, span: Span, signs: list[int], operand: s.Expr) -> Signed:
         return Signed([self._operator(sign) for sign in signs], operand)
 
-    def bracketed_operator(self, span: Span, opening: int, events: s.Expr, closing: int) -> Operator:
+    def bracketed_operator(self, span: Span, opening: int, events: s.Expr, closing: int) -> RowOperator:
         symbol = "[|>" if self.tokens.kinds[closing] == "|>" else self.tokens.kinds[opening]
-        return Operator(symbol, span, events)
+        return RowOperator(symbol, span, events)
 
     def alphabetised_operator(
         self, span: Span, opening: int, left: s.Expr, bar: int, right: s.Expr, closing: int
-    ) -> Operator:
-        return Operator("||", span, left, right)
+    ) -> RowOperator:
+        return RowOperator("||", span, left, right)
 
-    def linked_operator(self, span: Span, opening: int, links: list[Any], *rest: Any) -> Operator:
+    def linked_operator(self, span: Span, opening: int, links: list[Any], *rest: Any) -> RowOperator:
         statements = tuple(rest[1]) if len(rest) == 3 else None
-        return Operator("<->", span, links=tuple(links), statements=statements)
+        return RowOperator("<->", span, links=tuple(links), statements=statements)
 
     # --- prefixes and guards ---------------------------------------------------------------------------------
 
@@ -358,13 +368,13 @@ class Tree(Types):
         def prefix(body: s.Expr) -> s.Prefix:
             return s.Prefix(span=span.to(body.span), channel=channel, fields=tuple(fields), body=body)
 
-        return _behind(Head("->", STEP, channel.span, prefix), body)
+        return _behind(ProcessHead("->", STEP, channel.span, prefix), body)
 
     def guard(self, span: Span, condition: s.Expr, body: s.Expr | Headed) -> s.Expr | Headed:
         def guard(body: s.Expr) -> s.Guard:
             return s.Guard(span=span.to(body.span), condition=condition, body=body)
 
-        return _behind(Head("&", STEP, condition.span, guard), body)
+        return _behind(ProcessHead("&", STEP, condition.span, guard), body)
 
     def replicated_alphabetised_parallel(
         self, span: Span, statements: list[s.Statement], alphabet: s.Expr, body: s.Expr | Headed
@@ -375,7 +385,7 @@ class Tree(Types):
 
         headed = body if isinstance(body, Headed) else Headed([], body)
         sign = Span(span.source, span.start, span.start + len("||"))
-        headed.heads.append(Head("|| x : S @ [A]", PARALLEL, sign, replicated))
+        headed.heads.append(ProcessHead("|| x : S @ [A]", PARALLEL, sign, replicated))
         return headed
 
     def output(self, span: Span, expression: s.Expr) -> s.Field:
@@ -549,7 +559,7 @@ def _optional(statements: list[s.Statement] | None) -> tuple[s.Statement, ...] |
     return None if statements is None else tuple(statements)
 
 
-def _behind(head: Head, body: s.Expr | Headed) -> s.Expr | Headed:
+def _behind(head: ProcessHead, body: s.Expr | Headed) -> s.Expr | Headed:
     """*body* behind one more head: a node, unless something to the right may belong to it."""
     if isinstance(body, Headed):
         body.heads.append(head)

@@ -15,7 +15,7 @@ from cspcheck.cspm.parsing.lexer import OPERAND_ENDS
 from cspcheck.cspm.source import Source, Span
 
 if TYPE_CHECKING:
-    from cspcheck.cspm.parsing.mistakes import Situation
+    from cspcheck.cspm.parsing.mistakes import ParsingSituation
 
 _COMPARISONS: Final = frozenset(["==", "!=", "<=", ">=", "LESS", ">", "true", "false", "not", "and", "or"])
 _WORDS: Final = {"mod": "`%`", "div": "`/`", "in": "`member(x, S)`", "xor": "`!=`"}
@@ -47,7 +47,7 @@ _END: Final = re.compile(r"\n|--|\Z")
 """Where the text of a line ends."""
 
 
-def habit(situation: Situation) -> Diagnostic | None:
+def habit(situation: ParsingSituation) -> Diagnostic | None:
     """What to say if the unexpected token looks like a habit; None if it does not."""
     for rule in (_comment, _assertion, _semicolon, _set_of_numbers, _list_of_names, _sign, _word):
         found = rule(situation)
@@ -74,7 +74,7 @@ def once(found: list[Diagnostic]) -> list[Diagnostic]:
     return kept
 
 
-def _pair(situation: Situation, first: str, second: str) -> Span | None:
+def _pair(situation: ParsingSituation, first: str, second: str) -> Span | None:
     """The place of two signs written as one, of which the unexpected token is one."""
     tokens = situation.tokens
     for index in (situation.index - 1, situation.index):
@@ -86,7 +86,7 @@ def _pair(situation: Situation, first: str, second: str) -> Span | None:
     return None
 
 
-def _comment(situation: Situation) -> Diagnostic | None:
+def _comment(situation: ParsingSituation) -> Diagnostic | None:
     for second in ("/", "*"):
         span = _pair(situation, "/", second)
         if span is not None:
@@ -100,7 +100,7 @@ def _comment(situation: Situation) -> Diagnostic | None:
     return None
 
 
-def _assertion(situation: Situation) -> Diagnostic | None:
+def _assertion(situation: ParsingSituation) -> Diagnostic | None:
     tokens, source = situation.tokens, situation.source
     first = situation.declaration_start()
     if tokens.kinds[first] != "assert":
@@ -124,7 +124,7 @@ def _property_words(text: str) -> str:
     return f"{re.split(r'free|[ -]', text)[0].strip()} free"
 
 
-def _semicolon(situation: Situation) -> Diagnostic | None:
+def _semicolon(situation: ParsingSituation) -> Diagnostic | None:
     tokens, index = situation.tokens, situation.index
     if situation.kind == ";":
         following = tokens.kinds[index + 1] if index + 1 < len(tokens.kinds) else "$END"
@@ -143,7 +143,7 @@ def _semicolon(situation: Situation) -> Diagnostic | None:
     return None
 
 
-def _set_of_numbers(situation: Situation) -> Diagnostic | None:
+def _set_of_numbers(situation: ParsingSituation) -> Diagnostic | None:
     tokens, index = situation.tokens, situation.index
     if situation.kind != ".." or situation.open_bracket is not None or not 0 < index < len(tokens.kinds) - 1:
         return None
@@ -152,7 +152,7 @@ def _set_of_numbers(situation: Situation) -> Diagnostic | None:
     return messages.borrowed(span, f"`{{{low}..{high}}}`: a set stands in curly brackets")
 
 
-def _list_of_names(situation: Situation) -> Diagnostic | None:
+def _list_of_names(situation: ParsingSituation) -> Diagnostic | None:
     tokens, index = situation.tokens, situation.index
     first = situation.declaration_start()
     declaration, span = tokens.kinds[first], tokens.span(index)
@@ -163,7 +163,7 @@ def _list_of_names(situation: Situation) -> Diagnostic | None:
     return None
 
 
-def _sign(situation: Situation) -> Diagnostic | None:
+def _sign(situation: ParsingSituation) -> Diagnostic | None:
     tokens, index, kind = situation.tokens, situation.index, situation.kind
     for first, second, instead in (
         ("&", "&", "`and`"),
@@ -194,7 +194,7 @@ def _sign(situation: Situation) -> Diagnostic | None:
     return None
 
 
-def _is_condition(situation: Situation) -> bool:
+def _is_condition(situation: ParsingSituation) -> bool:
     """Whether what stands before the unexpected token compares something."""
     tokens = situation.tokens
     first = situation.unfinished[0] if situation.unfinished else situation.declaration_start()
@@ -205,7 +205,7 @@ def _is_condition(situation: Situation) -> bool:
     return bool(_COMPARISONS & set(tokens.kinds[first : situation.index]))
 
 
-def _word(situation: Situation) -> Diagnostic | None:
+def _word(situation: ParsingSituation) -> Diagnostic | None:
     tokens, index = situation.tokens, situation.index
     if situation.kind == "then" and situation.previous in OPERAND_ENDS and not situation.unfinished:
         return messages.borrowed(tokens.span(index), "`a -> P` for a prefix, `P ; Q` for one process after the other")

@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 
 from cspcheck.cspm.diagnostics import Diagnostic, Label
 from cspcheck.cspm.parsing import class_messages, habits, messages as messages
-from cspcheck.cspm.parsing.builder import MOST_MISTAKES, Tree
+from cspcheck.cspm.parsing.builder import MOST_MISTAKES, TreeBuilder
 from cspcheck.cspm.parsing.driver import Open, Unexpected, accepts, expected, run, stack_before
 from cspcheck.cspm.parsing.lexer import (
     DECLARATION_KEYWORDS,
@@ -63,17 +63,17 @@ _BEGINS_DECLARATION: Final = (DECLARATION_KEYWORDS - {"exports", "endmodule"}) |
 _COMMENTED_SET = re.compile(r"\{-\s*\d+\s*(\.\.|,|\})")
 
 
-class Finding(NamedTuple):
+class ParsingMistake(NamedTuple):
     """A diagnostic and the token from which on to look for further declarations."""
 
     diagnostic: Diagnostic
     resume: int
 
 
-def diagnose(table: Table, start: str, tokens: Tokens, index: int) -> Finding:
+def diagnose(table: Table, start: str, tokens: Tokens, index: int) -> ParsingMistake:
     """What to say about the unexpected token at *index*."""
     stack = stack_before(table, start, tokens.kinds, index)
-    finding = Situation(table, tokens, index, stack).finding()
+    finding = ParsingSituation(table, tokens, index, stack).finding()
     for begin, end in tokens.comments:
         if tokens.starts[max(index - 20, 0)] <= begin <= tokens.starts[index] and _COMMENTED_SET.match(
             tokens.source.text, begin, end
@@ -105,7 +105,7 @@ def all_of(table: Table, tokens: Tokens, index: int) -> list[Diagnostic]:
         tokens = tokenise(tokens.source, start=tokens.starts[resume])
         if tokens.errors:
             return found
-        tree = Tree(tokens, lambda path, span: ())
+        tree = TreeBuilder(tokens, lambda path, span: ())
         try:
             run(table, "script", tokens, tree)
         except Unexpected as error:
@@ -151,7 +151,7 @@ def _is_head(kinds: Sequence[str], index: int) -> bool:
     return kinds[index] in ("=", "::")
 
 
-class Situation:
+class ParsingSituation:
     """An unexpected token with all that is known about it."""
 
     def __init__(self, table: Table, tokens: Tokens, index: int, stack: Open) -> None:
@@ -277,11 +277,11 @@ class Situation:
 
     # --- what to say -----------------------------------------------------------------------------------------
 
-    def finding(self) -> Finding:
+    def finding(self) -> ParsingMistake:
         """The diagnostic, and where to go on."""
         habit = habits.habit(self)
         if habit is not None:
-            return Finding(habit, self.index)
+            return ParsingMistake(habit, self.index)
         for rule in (
             self._unfinished_before_next_declaration,
             self._map_opener,
@@ -297,13 +297,13 @@ class Situation:
         ):
             finding = rule()
             if isinstance(finding, Diagnostic):
-                return Finding(finding, self.index)
+                return ParsingMistake(finding, self.index)
             if finding is not None:
                 return finding
         labels: tuple[Label, ...] = ()
         if self.open_bracket is not None and self.kind in _OPERAND_STARTS:
             labels = (Label(self.tokens.span(self.open_bracket), "inside this bracket"),)
-        return Finding(
+        return ParsingMistake(
             messages.unexpected(
                 self.tokens.span(self.index), self._found(), self._wanted(), labels=labels, help=self._hint()
             ),
@@ -335,7 +335,7 @@ class Situation:
         kind = self.tokens.kinds[opener]
         return "the lambda" if kind == "\\" else f"the replicated `{_OPENERS.get(kind, kind)}`"
 
-    def _unfinished_before_next_declaration(self) -> Finding | None:
+    def _unfinished_before_next_declaration(self) -> ParsingMistake | None:
         """Something is open, and a new declaration has begun: it was meant to end before."""
         if not self.unfinished:
             return None
@@ -353,7 +353,7 @@ class Situation:
             if before not in OPERAND_ENDS:
                 return None
         diagnostic = self._unfinished_construct(opener, following)
-        return None if diagnostic is None else Finding(diagnostic, following)
+        return None if diagnostic is None else ParsingMistake(diagnostic, following)
 
     def _map_opener(self) -> Diagnostic | None:
         tokens, index = self.tokens, self.index
@@ -445,7 +445,7 @@ class Situation:
             self.source.span(tokens.starts[first], tokens.ends[self.index - 1]), self._found()
         )
 
-    def _definition_sign(self) -> Finding | Diagnostic | None:
+    def _definition_sign(self) -> ParsingMistake | Diagnostic | None:
         if self.kind != "=":
             return None
         if self.previous in KEYWORDS:
@@ -454,8 +454,8 @@ class Situation:
         head = self.last_head()
         if head and self.tokens.kinds[head - 1] not in OPERAND_ENDS:
             before = stack_before(self.table, "script", self.tokens.kinds, head)
-            wanted = Situation(self.table, self.tokens, head, before)._wanted()
-            return Finding(self._cut_short(head, wanted), head)
+            wanted = ParsingSituation(self.table, self.tokens, head, before)._wanted()
+            return ParsingMistake(self._cut_short(head, wanted), head)
         if self.previous not in OPERAND_ENDS:
             return None
         return messages.definition_sign_in_expression(self.tokens.span(self.index))

@@ -65,7 +65,7 @@ BOTH: Final = 24
 
 
 @dataclass(frozen=True, slots=True)
-class Operator:
+class RowOperator:
     """An operator in a row: its symbol (as in the level tables), place, and what stands in its brackets."""
 
     symbol: str
@@ -80,12 +80,12 @@ class Operator:
 class Signed:
     """An operand behind signs (``-``, ``not``, ``#``), outermost first."""
 
-    signs: list[Operator]
+    signs: list[RowOperator]
     operand: s.Expr
 
 
 @dataclass(frozen=True, slots=True)
-class Head:
+class ProcessHead:
     """What stands in front of a process and takes it in: a prefix, a guard, or ``|| x : S @ [A]``."""
 
     symbol: str
@@ -98,7 +98,7 @@ class Head:
 class Headed:
     """A process behind heads, innermost first; the innermost is ``|| x : S @ [A]``, which may take in what follows."""
 
-    heads: list[Head]
+    heads: list[ProcessHead]
     process: s.Expr
 
     def whole(self) -> s.Expr:
@@ -109,19 +109,19 @@ class Headed:
         return process
 
 
-class Row(list["s.Expr | Signed | Headed | Operator"]):
+class OperandRow(list["s.Expr | Signed | Headed | RowOperator"]):
     """Operands (perhaps signed, or behind heads) with an operator between each two."""
 
 
 Refuse = Callable[[Diagnostic], None]
 
 
-def values(row: Row | Signed | s.Expr, refuse: Refuse) -> s.Expr:
+def values(row: OperandRow | Signed | s.Expr, refuse: Refuse) -> s.Expr:
     """The tree of a row of operators on values; a comparison in a comparison goes to *refuse*."""
     if isinstance(row, s.Expr):
         return row
     operands: list[s.Expr] = []
-    pending: list[tuple[int, Operator, bool]] = []  # level, operator, whether it is a sign
+    pending: list[tuple[int, RowOperator, bool]] = []  # level, operator, whether it is a sign
 
     def reduce() -> None:
         _, operator, sign = pending.pop()
@@ -144,8 +144,8 @@ def values(row: Row | Signed | s.Expr, refuse: Refuse) -> s.Expr:
                 s.Binary(span=span, operator=cast(s.BinaryOperator, operator.symbol), left=left, right=right)
             )
 
-    for item in row if isinstance(row, Row) else (row,):
-        if isinstance(item, Operator):
+    for item in row if isinstance(row, OperandRow) else (row,):
+        if isinstance(item, RowOperator):
             level = VALUE_LEVELS[item.symbol]
             # `.` associates to the right, the others to the left.
             bound = level - 1 if item.symbol == "." else level
@@ -164,7 +164,7 @@ def values(row: Row | Signed | s.Expr, refuse: Refuse) -> s.Expr:
     return operands.pop()
 
 
-def processes(row: Row | Headed | s.Expr, refuse: Refuse, only_pattern: Callable[[s.Expr], None]) -> s.Expr:
+def processes(row: OperandRow | Headed | s.Expr, refuse: Refuse, only_pattern: Callable[[s.Expr], None]) -> s.Expr:
     """The tree of a row of process operators.
 
     Parallel operators side by side go to *refuse*; *only_pattern* is told of each ``@@``.
@@ -172,13 +172,13 @@ def processes(row: Row | Headed | s.Expr, refuse: Refuse, only_pattern: Callable
     if isinstance(row, s.Expr):
         return row
     operands: list[s.Expr] = []
-    pending: list[tuple[int, Operator | Head]] = []
-    hiding: Operator | None = None  # the next operand is the set of this `\` or `|\`
+    pending: list[tuple[int, RowOperator | ProcessHead]] = []
+    hiding: RowOperator | None = None  # the next operand is the set of this `\` or `|\`
 
     def reduce() -> None:
         _, operator = pending.pop()
         right = operands.pop()
-        if isinstance(operator, Head):
+        if isinstance(operator, ProcessHead):
             operands.append(operator.around(right))
             return
         left = operands.pop()
@@ -187,8 +187,8 @@ def processes(row: Row | Headed | s.Expr, refuse: Refuse, only_pattern: Callable
             only_pattern(made)
         operands.append(made)
 
-    for item in row if isinstance(row, Row) else (row,):
-        if isinstance(item, Operator):
+    for item in row if isinstance(row, OperandRow) else (row,):
+        if isinstance(item, RowOperator):
             level = PROCESS_LEVELS[item.symbol]
             while pending and pending[-1][0] <= level:
                 before = pending[-1][1]
@@ -200,7 +200,7 @@ def processes(row: Row | Headed | s.Expr, refuse: Refuse, only_pattern: Callable
                             before.span,
                             shown(before.symbol),
                             shown(item.symbol),
-                            in_front=isinstance(before, Head),
+                            in_front=isinstance(before, ProcessHead),
                         )
                     )
                 reduce()
@@ -226,7 +226,7 @@ def processes(row: Row | Headed | s.Expr, refuse: Refuse, only_pattern: Callable
     return operands.pop()
 
 
-def _process(operator: Operator, left: s.Expr, right: s.Expr) -> s.Expr:
+def _process(operator: RowOperator, left: s.Expr, right: s.Expr) -> s.Expr:
     span = left.span.to(right.span)
     symbol = operator.symbol
     match symbol:

@@ -18,7 +18,7 @@ from typing import Final, Literal
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
 from cspcheck.cspm.notation import extension
 from cspcheck.cspm.parsing import habits, lexing_messages as lexing, messages as messages, mistakes as parser_mistakes
-from cspcheck.cspm.parsing.builder import MOST_MISTAKES, Tree
+from cspcheck.cspm.parsing.builder import MOST_MISTAKES, TreeBuilder
 from cspcheck.cspm.parsing.driver import Unexpected, run
 from cspcheck.cspm.parsing.lexer import tokenise
 from cspcheck.cspm.parsing.table import table
@@ -202,7 +202,7 @@ def _alone(text: str | Source, form: Literal["expression", "assertion"]) -> s.No
     if tokens.errors:
         raise ScriptError(*tokens.errors)
     start = f"lone_{form}"
-    tree = Tree(tokens, _no_include)
+    tree = TreeBuilder(tokens, _no_include)
     try:
         result = run(table(), start, tokens, tree)
     except Unexpected as error:
@@ -274,7 +274,7 @@ class _Files:
             if tokens.errors:
                 self.errors.extend(_of_another_language(source) or tokens.errors[:MOST_MISTAKES])
                 return None
-            tree = Tree(tokens, self._include)
+            tree = TreeBuilder(tokens, self._include)
             try:
                 script = run(table(), "script", tokens, tree)
             except Unexpected as error:

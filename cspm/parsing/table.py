@@ -45,7 +45,7 @@ CSPM: Final = Grammar(GRAMMAR, STARTS)
 
 
 @dataclass(frozen=True, slots=True)
-class Rule:
+class Production:
     """One alternative of the grammar.
 
     ``size`` symbols become the nonterminal ``target``. Of them the parts at the positions ``kept`` (all but quoted
@@ -68,7 +68,7 @@ class Table:
     symbol.
     """
 
-    rules: Sequence[Rule]
+    rules: Sequence[Production]
     actions: Sequence[Mapping[str, int]]
     gotos: Sequence[Mapping[str, int]]
     starts: Mapping[str, int]
@@ -188,7 +188,7 @@ def from_json(value: Mapping[str, Any]) -> Table:
     """
     rows = value["rows"]
     return Table(
-        rules=[Rule(target, size, tuple(kept), action) for target, size, kept, action in value["rules"]],
+        rules=[Production(target, size, tuple(kept), action) for target, size, kept, action in value["rules"]],
         actions=[rows[actions] for actions, _ in value["states"]],
         gotos=[rows[gotos] for _, gotos in value["states"]],
         starts=value["starts"],

@@ -23,7 +23,7 @@ class TypeGroup(s.TypeExpr):
     items: tuple[s.TypeExpr, ...]
 
 
-class Types:
+class TypeActions:
     """The actions for types."""
 
     tokens: Tokens

@@ -9,7 +9,7 @@ from typing import Final
 
 from cspcheck.cspm.notation import extension
 from cspcheck.cspm.printing.brackets import ANYWHERE, NodePlace, after_colon, bracketed, commas, enclosed
-from cspcheck.cspm.printing.expressions import Expressions
+from cspcheck.cspm.printing.expressions import ExpressionPrinter
 from cspcheck.cspm.printing.layout import HARD, LINE, SOFT, Doc, cat, group, join, nest
 from cspcheck.cspm.printing.patterns import PRINTS, Printing
 from cspcheck.cspm.syntax import tree as s
@@ -26,7 +26,7 @@ _HANGING: Final = (s.SetExpr, s.SequenceExpr, s.TupleExpr, s.MapExpr, s.Apply, s
 """Bodies that stay on the line of their `=` when they need several lines."""
 
 
-class Printer(Expressions):
+class Printer(ExpressionPrinter):
     """Prints any node of a script."""
 
     def lines(self, declarations: Sequence[s.Declaration]) -> Printing:

@@ -49,7 +49,7 @@ class Hint(Protocol):
         """With *by_comment*, whether a comment makes it necessary."""
 
 
-class Expressions(Patterns):
+class ExpressionPrinter(Patterns):
     """Prints expressions and patterns; declarations are added by a subclass."""
 
     def __init__(self, breaks: Hint | None = None, *, symbols: bool = False) -> None:

@@ -59,7 +59,7 @@ class Unsatisfied(Exception):
         self.trail: list[tuple[Constraints, Type]] = []
 
 
-class Solver(Protocol):
+class ConstraintSolver(Protocol):
     """What satisfying a constraint needs of unification."""
 
     undecided: list[Datatype]
@@ -77,7 +77,7 @@ class Solver(Protocol):
         """Bind the open row of an extendable."""
 
 
-def constrain(solver: Solver, constraints: Constraints, type_: Type) -> None:
+def constrain(solver: ConstraintSolver, constraints: Constraints, type_: Type) -> None:
     """Make *type_* satisfy all of *constraints*.
 
     Raises:
@@ -88,7 +88,7 @@ def constrain(solver: Solver, constraints: Constraints, type_: Type) -> None:
             _constrain(solver, single, type_)
 
 
-def _constrain(solver: Solver, single: Constraints, type_: Type) -> None:
+def _constrain(solver: ConstraintSolver, single: Constraints, type_: Type) -> None:
     solver.step()
     head = resolve(type_)
     if type(head) is Variable:
@@ -104,7 +104,7 @@ def _constrain(solver: Solver, single: Constraints, type_: Type) -> None:
         raise
 
 
-def _constrain_known(solver: Solver, single: Constraints, head: Type) -> None:
+def _constrain_known(solver: ConstraintSolver, single: Constraints, head: Type) -> None:
     """Check, or make hold, one constraint on a type that is not a variable."""
     match head:
         case Rigid():

@@ -78,7 +78,7 @@ class CannotUnify(Exception):
         self.trail: list[tuple[Type, Type]] = []
 
 
-class TooLarge(Exception):
+class TypeTooLarge(Exception):
     """The types of a definition have more parts than can be dealt with."""
 
 
@@ -91,7 +91,7 @@ class InfiniteType(Exception):
         self.type = type_
 
 
-TypeClash = (CannotUnify, InfiniteType, Unsatisfied, TooLarge)
+TypeClash = (CannotUnify, InfiniteType, Unsatisfied, TypeTooLarge)
 """Everything that unification raises."""
 
 MOST_STEPS = 1_000_000
@@ -138,7 +138,7 @@ class Unifier:
         """Count some work. Raises TooLarge when there has been too much of it."""
         self._steps += 1
         if self._steps > MOST_STEPS:
-            raise TooLarge
+            raise TypeTooLarge
 
     # --- unification -----------------------------------------------------------------------------------------
 
@@ -459,7 +459,7 @@ class Unifier:
             self._reduce(parts(type_), longest=False)
         except CannotUnify as clash:
             return clash
-        except (InfiniteType, Unsatisfied, TooLarge):
+        except (InfiniteType, Unsatisfied, TypeTooLarge):
             # An open part may still turn out to stand for more fields than the one that it was given here.
             return None
         finally:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import time
 
-from cspcheck.checker.network.components import ALONE, Machines
+from cspcheck.checker.network.components import ALONE, ComponentMachines
 from cspcheck.checker.semantics.transitions import Semantics
 from cspcheck.cspm.script import load
 from cspcheck.cspm.source import Source
@@ -79,7 +79,7 @@ def measured(name: str) -> None:
     semantics = Semantics()
     process = script.process("P")
     begun = time.process_time()
-    lts = Machines(semantics).of(semantics.state(process), ALONE, 10**6).lts
+    lts = ComponentMachines(semantics).of(semantics.state(process), ALONE, 10**6).lts
     seconds = time.process_time() - begun
     print(
         f"{name:24} {lts.states:9,} states {lts.transitions:10,} transitions {seconds:7.2f} s"

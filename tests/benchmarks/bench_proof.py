@@ -16,7 +16,7 @@ from cspcheck.checker.proof.answer import whole_refinement
 from cspcheck.checker.proof.finding import Finding
 from cspcheck.checker.proof.obligations import discharge
 from cspcheck.checker.proof.prover import Prover
-from cspcheck.checker.proof.question import Settings
+from cspcheck.checker.proof.question import SolverSettings
 from cspcheck.cspm.oz.typing.elaboration import elaborate
 from cspcheck.cspm.parsing.reading import parse
 from cspcheck.cspm.source import Source
@@ -49,7 +49,7 @@ def findings(text: str, names: tuple[str, ...] | None = None, owner: str | None 
     """The answers for the classes of a text, or one of them, and for its refinements."""
     tree = parse(Source("proof.csp", text))
     specification = elaborate(tree).specification
-    settings = Settings()
+    settings = SolverSettings()
     found: list[Finding] = []
     for name, model in specification.classes.items():
         if owner in (None, name):

@@ -21,7 +21,7 @@ from cspcheck.codegen.emit import ada
 from cspcheck.codegen.emit.ada_methods import tidy
 from cspcheck.codegen.emit.keeping import write
 from cspcheck.following import Follower
-from cspcheck.runs import Verdict, follow, read_records
+from cspcheck.runs import RunVerdict, follow, read_records
 from tests.codegen.programs import SPECS
 from tests.examples import examples
 
@@ -61,7 +61,7 @@ def run(folder: Path, events: int, seed: int = 1) -> tuple[int, str]:
     return done.returncode, done.stderr.strip()
 
 
-def followed(script: cspcheck.Script, process: str, folder: Path) -> Verdict:
+def followed(script: cspcheck.Script, process: str, folder: Path) -> RunVerdict:
     """What the specification says of the recorded run, the events that the program hides among them."""
     follower = Follower(script._script, script._script.process(process), hidden=True)
     with open(folder / "run.jsonl", encoding="utf-8") as lines:

@@ -13,7 +13,7 @@ import pytest
 from cspcheck.codegen.emit.ada_methods import tidy
 from cspcheck.codegen.emit.ada_terms import AdaTerms, bare
 from cspcheck.cspm.oz import core
-from cspcheck.cspm.oz.values.evaluation import Evaluator
+from cspcheck.cspm.oz.values.evaluation import TermEvaluator
 
 COUNT, SIZE = 150, 4
 VALUES = (-3, 0, 2)
@@ -114,7 +114,7 @@ def test_random_predicates(tmp_path: Path) -> None:
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
     said = subprocess.run(["./terms"], cwd=tmp_path, capture_output=True, text=True, check=True).stdout.splitlines()
-    evaluator = Evaluator(core.Specification())
+    evaluator = TermEvaluator(core.Specification())
     for (x, y), row in zip(rows, said, strict=True):
         expected = [evaluator.holds(term, {("x", "before"): x, ("y", "before"): y}) for term in terms]
         wrong = [i for i, value in enumerate(expected) if row[i] != str(int(value))]

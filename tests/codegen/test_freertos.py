@@ -19,7 +19,7 @@ from cspcheck.codegen.design.system import system
 from cspcheck.codegen.emit import freertos
 from cspcheck.codegen.emit.keeping import write
 from cspcheck.following import Follower
-from cspcheck.runs import Verdict, follow, read_records
+from cspcheck.runs import RunVerdict, follow, read_records
 from tests.codegen.programs import SPECS
 from tests.examples import examples
 
@@ -54,7 +54,7 @@ def run(folder: Path, events: int, seed: int = 1) -> tuple[int, str]:
     return done.returncode, done.stderr.strip()
 
 
-def followed(script: cspcheck.Script, process: str, folder: Path, inside: bool = False) -> Verdict:
+def followed(script: cspcheck.Script, process: str, folder: Path, inside: bool = False) -> RunVerdict:
     """What the specification says of the recorded run."""
     follower = Follower(script._script, script._script.process(process), hidden=inside)
     with open(folder / "run.jsonl", encoding="utf-8") as lines:

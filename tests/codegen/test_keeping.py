@@ -17,7 +17,7 @@ from cspcheck.codegen.design.program import design
 from cspcheck.codegen.design.system import system
 from cspcheck.codegen.emit import ada, freertos
 from cspcheck.codegen.emit.keeping import LIST, Written, orphans, write
-from cspcheck.codegen.emit.project import Project, project
+from cspcheck.codegen.emit.project import ProjectFiles, project
 from tests.examples import examples
 
 ONE = """
@@ -45,7 +45,7 @@ SYSTEM = Sender [| {| link |} |] User
 """
 
 
-def texts(script: str) -> Project:
+def texts(script: str) -> ProjectFiles:
     return project(design(cspcheck.loads(script)._script, "SYSTEM"), "program")
 
 

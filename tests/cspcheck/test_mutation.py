@@ -14,7 +14,7 @@ from cspcheck.cspm.printing.printer import print_script
 from cspcheck.cspm.script import load
 from cspcheck.cspm.source import Source
 from cspcheck.equivalence import Version, equivalent
-from cspcheck.mutating import Mutation, Nothing
+from cspcheck.mutating import Mutation, NothingToNotice
 from cspcheck.mutation import KINDS, mutants
 from tests.reference.denotations import Semantics, TooLarge, Unguarded
 from tests.reference.processes import EVENTS, random_process
@@ -275,7 +275,7 @@ def test_equivalence_against_the_definitions() -> None:
 def test_nothing_to_notice(tmp_path: Path) -> None:
     path = tmp_path / "x.csp"
     path.write_text("channel a\nP = a -> P\n")
-    with pytest.raises(Nothing):
+    with pytest.raises(NothingToNotice):
         Mutation([(str(path), None)], checking.Settings())
 
 

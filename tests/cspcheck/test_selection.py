@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from cspcheck.cspm.source import Source, Span
-from cspcheck.selection import EmptyFolder, Pattern, Target, select, targets
+from cspcheck.selection import AssertionPattern, EmptyFolder, Target, select, targets
 
 
 @pytest.fixture
@@ -111,7 +111,10 @@ class TestPattern:
         ],
     )
     def test_a_pattern_matches_where_it_occurs(self, pattern: str, matches: bool) -> None:
-        assert Pattern(pattern).matches("SYSTEM \\ {|a|} :[deadlock free [FD]]" if "\\" in pattern else TEXT) is matches
+        assert (
+            AssertionPattern(pattern).matches("SYSTEM \\ {|a|} :[deadlock free [FD]]" if "\\" in pattern else TEXT)
+            is matches
+        )
 
 
 TEXT = "SYSTEM :[deadlock free [FD]]"
@@ -129,7 +132,7 @@ def test_lines_and_patterns_select_together() -> None:
     assertions = [Assertion(text, source.span(*place)) for text, place in lines.items()]
 
     def chosen(numbers: frozenset[int] | None, *patterns: str) -> list[str]:
-        return [a.text for a in select(assertions, numbers, [Pattern(p) for p in patterns])]  # type: ignore[arg-type,misc]
+        return [a.text for a in select(assertions, numbers, [AssertionPattern(p) for p in patterns])]  # type: ignore[arg-type,misc]
 
     assert chosen(None) == ["one", "two three", "four"]
     assert chosen(frozenset({3})) == ["two three"]

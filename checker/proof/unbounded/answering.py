@@ -13,7 +13,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from cspcheck.checker.proof.prover import Prover
-from cspcheck.checker.proof.question import Found, Impossible, Settings
+from cspcheck.checker.proof.question import Found, Impossible, SolverSettings
 from cspcheck.checker.proof.terms import is_false
 from cspcheck.checker.proof.unbounded.claims import (
     Problem,
@@ -23,15 +23,15 @@ from cspcheck.checker.proof.unbounded.claims import (
     guards_that_cover,
     trace_refinement,
 )
-from cspcheck.checker.proof.unbounded.control import Unreadable
+from cspcheck.checker.proof.unbounded.control import UnreadableProcess
 from cspcheck.checker.proof.unbounded.invariants import Invariant, Invariants
-from cspcheck.checker.proof.unbounded.runs import Run, Runs
+from cspcheck.checker.proof.unbounded.runs import FailingRun, Runs
 from cspcheck.checker.proof.unbounded.system import (
-    Component,
+    ClassComponent,
+    ClassSystem,
     Composition,
     Hidden,
-    Leaf,
-    System,
+    SystemLeaf,
     Together,
     component,
 )
@@ -81,25 +81,25 @@ def for_all_values(
     try:
         problem, observer, specification = _Reading(script, context).problem(assertion)
         if termination_counts and any(component.machine.ends for component in problem.components):
-            raise Unreadable("a class may terminate, which counts as deadlock")
+            raise UnreadableProcess("a class may terminate, which counts as deadlock")
     except _OtherKind:
         return None
-    except Unreadable as unreadable:
+    except UnreadableProcess as unreadable:
         return Outcome(Verdict.UNKNOWN, str(unreadable), 0, 0, clock() - start, 0)
-    settings = Settings(seconds=EFFORT, deadline=None if seconds is None else start + seconds)
+    settings = SolverSettings(seconds=EFFORT, deadline=None if seconds is None else start + seconds)
     prover = Prover(specification, _model(problem.components), settings, clock)
     outcome = _answered(problem, observer, prover)
     return replace(outcome, seconds=clock() - start)
 
 
-def _model(components: Sequence[Component]) -> core.ClassModel:
+def _model(components: Sequence[ClassComponent]) -> core.ClassModel:
     """A class with the constants of all components."""
     constants = dict.fromkeys(c for component in components for c in component.model.constants)
     axioms = dict.fromkeys(a for component in components for a in component.model.axioms)
     return replace(components[0].model, constants=tuple(constants), axioms=tuple(axioms))
 
 
-def _answered(problem: Problem, observer: Component | None, prover: Prover) -> Outcome:
+def _answered(problem: Problem, observer: ClassComponent | None, prover: Prover) -> Outcome:
     begins = prover.find(problem.initial, problem.variables())
     if not isinstance(begins, Found):
         return _unknown("it is not known whether there is an initial state")
@@ -151,7 +151,7 @@ def _proved(problem: Problem, invariant: Invariant) -> Outcome:
     return Outcome(Verdict.PASS, None, 0, 0, 0.0, 0, remarks=tuple(remarks))
 
 
-def _refuted(run: Run, runs: Runs, observer: Component | None) -> Outcome:
+def _refuted(run: FailingRun, runs: Runs, observer: ClassComponent | None) -> Outcome:
     implementation = [component for component in runs.problem.components if component is not observer]
     trace: list[str] = []
     causes: list[str | None] = []
@@ -193,7 +193,7 @@ def _refuted(run: Run, runs: Runs, observer: Component | None) -> Outcome:
 
 
 def _behaviour(
-    component: Component, states: Sequence[Mapping[str, str]], trace: Sequence[str | None], offers: tuple[str, ...]
+    component: ClassComponent, states: Sequence[Mapping[str, str]], trace: Sequence[str | None], offers: tuple[str, ...]
 ) -> ComponentBehaviour:
     names = [v.name for v in component.situation.state_variables()]
     plain = {name: name.rpartition(".")[2] for name in names}
@@ -223,7 +223,7 @@ class _Reading:
         self._specification = context.specification
         self._classes: list[tuple[core.ClassModel, bool]] = []
 
-    def problem(self, assertion: syntax.Assertion) -> tuple[Problem, Component | None, core.Specification]:
+    def problem(self, assertion: syntax.Assertion) -> tuple[Problem, ClassComponent | None, core.Specification]:
         """The claims, the specification of a refinement, and what the terms belong to.
 
         Raises:
@@ -235,14 +235,14 @@ class _Reading:
                 system = self._system(composition, self._components(qualified=len(self._classes) > 1))
                 model = assertion.model or DEFAULT_MODELS["deadlock free"]
                 if model not in ("T", "F", "FD"):
-                    raise Unreadable(f"the model {model} is only searched")
+                    raise UnreadableProcess(f"the model {model} is only searched")
                 return deadlock_freedom(system, divergences=model == "FD"), None, self._specification
             case syntax.Refinement(model="T" | "F" | "FD" as wanted, options=()):
                 implementation = self._composition(assertion.implementation)
                 number = len(self._classes)
                 specification = self._composition(assertion.specification)
-                if not isinstance(specification, Leaf):
-                    raise Unreadable("the specification is no class")
+                if not isinstance(specification, SystemLeaf):
+                    raise UnreadableProcess("the specification is no class")
                 components = self._components(qualified=True)
                 system = self._system(implementation, components[:number])
                 observer = components[-1]
@@ -253,20 +253,20 @@ class _Reading:
                 return problem, observer, self._specification
         raise _OtherKind
 
-    def _components(self, *, qualified: bool) -> list[Component]:
+    def _components(self, *, qualified: bool) -> list[ClassComponent]:
         names = [model.name for model, _ in self._classes]
         if len(set(names)) < len(names):
-            raise Unreadable("a class occurs twice")
+            raise UnreadableProcess("a class occurs twice")
         return [
             component(self._context, model, qualified=qualified, visible=visible) for model, visible in self._classes
         ]
 
-    def _system(self, composition: Composition, components: Sequence[Component]) -> System:
-        return System(tuple(components), _resolved(composition, components))
+    def _system(self, composition: Composition, components: Sequence[ClassComponent]) -> ClassSystem:
+        return ClassSystem(tuple(components), _resolved(composition, components))
 
     def _composition(self, node: syntax.Expr, depth: int = 0) -> Composition:
         if depth > 50:
-            raise Unreadable("processes are nested too deeply")
+            raise UnreadableProcess("processes are nested too deeply")
         match node:
             case syntax.Paren():
                 return self._composition(node.inner, depth + 1)
@@ -275,7 +275,7 @@ class _Reading:
                 model = self._context.class_of(name)
                 if model is not None:
                     self._classes.append((model, len(parts) > 1))
-                    return Leaf(len(self._classes) - 1)
+                    return SystemLeaf(len(self._classes) - 1)
                 symbol = self._script.names.find(node)
                 declaration = None if symbol is None else symbol.declaration
                 if isinstance(declaration, syntax.PatternDefinition) and isinstance(
@@ -293,14 +293,14 @@ class _Reading:
                 return Together(_channels(node.events), left, right)
             case syntax.Hide(keep=False):
                 return Hidden(_channels(node.events), self._composition(node.process, depth + 1))
-        raise Unreadable(f"`{' '.join(node.span.text.split())[:60]}` is no composition of classes")
+        raise UnreadableProcess(f"`{' '.join(node.span.text.split())[:60]}` is no composition of classes")
 
 
 _EVERYTHING = frozenset({"*"})
 """In place of the channels that both sides have."""
 
 
-def _resolved(composition: Composition, components: Sequence[Component]) -> Composition:
+def _resolved(composition: Composition, components: Sequence[ClassComponent]) -> Composition:
     """The composition with the channels that both sides have where ``||`` joins classes."""
     match composition:
         case Together(channels=channels, left=left, right=right):
@@ -313,9 +313,9 @@ def _resolved(composition: Composition, components: Sequence[Component]) -> Comp
     return composition
 
 
-def _alphabet(composition: Composition, components: Sequence[Component]) -> frozenset[str]:
+def _alphabet(composition: Composition, components: Sequence[ClassComponent]) -> frozenset[str]:
     match composition:
-        case Leaf(number=number):
+        case SystemLeaf(number=number):
             return frozenset(label for label in components[number].labels.values() if label is not None)
         case Hidden(channels=channels, inner=inner):
             return _alphabet(inner, components) - channels
@@ -330,4 +330,4 @@ def _channels(node: syntax.Expr) -> frozenset[str]:
         names = [item for item in node.items if isinstance(item, syntax.Name)]
         if len(names) == len(node.items):
             return frozenset("::".join(name.parts) for name in names)
-    raise Unreadable("a set of events is not one of whole channels")
+    raise UnreadableProcess("a set of events is not one of whole channels")

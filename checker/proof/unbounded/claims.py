@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, TypeVar
 
-from cspcheck.checker.proof.question import Part
+from cspcheck.checker.proof.question import Constraint
 from cspcheck.checker.proof.situation import second
 from cspcheck.checker.proof.terms import (
     FALSE,
@@ -27,8 +27,16 @@ from cspcheck.checker.proof.terms import (
     substitute,
     variables,
 )
-from cspcheck.checker.proof.unbounded.control import Control, Unreadable, after, closed, offered
-from cspcheck.checker.proof.unbounded.system import Component, Configuration, Leaf, Move, System, every, some
+from cspcheck.checker.proof.unbounded.control import Control, UnreadableProcess, after, closed, offered
+from cspcheck.checker.proof.unbounded.system import (
+    ClassComponent,
+    ClassSystem,
+    Configuration,
+    SystemLeaf,
+    SystemMove,
+    every,
+    some,
+)
 from cspcheck.cspm.oz.core import Term, Variable
 
 MOST_PLACES = 60
@@ -51,7 +59,7 @@ class Claim:
     """
 
     kind: Kind
-    premises: tuple[Part, ...]
+    premises: tuple[Constraint, ...]
     goal: Term
     label: str | None = None
     values: tuple[Variable, ...] = ()
@@ -72,9 +80,9 @@ class Step:
 
     source: int
     target: int
-    move: Move
+    move: SystemMove
     values: tuple[Variable, ...]
-    parts: tuple[Part, ...]
+    parts: tuple[Constraint, ...]
     unchanged: dict[Key, Term]
 
 
@@ -90,10 +98,10 @@ class Problem:
         claims: by place.
     """
 
-    components: tuple[Component, ...]
+    components: tuple[ClassComponent, ...]
     places: tuple[str, ...]
-    initial: tuple[Part, ...]
-    state: tuple[Part, ...]
+    initial: tuple[Constraint, ...]
+    state: tuple[Constraint, ...]
     steps: tuple[Step, ...]
     claims: tuple[tuple[Claim, ...], ...]
 
@@ -102,7 +110,7 @@ class Problem:
         return [v for component in self.components for v in component.situation.state_variables()]
 
 
-def deadlock_freedom(system: System, *, divergences: bool) -> Problem:
+def deadlock_freedom(system: ClassSystem, *, divergences: bool) -> Problem:
     """The claims of an assertion of deadlock freedom.
 
     Args:
@@ -117,7 +125,7 @@ def deadlock_freedom(system: System, *, divergences: bool) -> Problem:
     if divergences:
         _nothing_hidden_for_ever(system)
 
-    def steps(at: Configuration) -> list[tuple[Move, Configuration]]:
+    def steps(at: Configuration) -> list[tuple[SystemMove, Configuration]]:
         return [(move, move.target) for move in system.moves(at)]
 
     def claims(at: Configuration) -> Iterator[Claim]:
@@ -136,7 +144,7 @@ def deadlock_freedom(system: System, *, divergences: bool) -> Problem:
     return _problem(system, system.start, steps, claims, text)
 
 
-def trace_refinement(system: System, observer: Component) -> Problem:
+def trace_refinement(system: ClassSystem, observer: ClassComponent) -> Problem:
     """The claims of a refinement of traces.
 
     Raises:
@@ -145,7 +153,7 @@ def trace_refinement(system: System, observer: Component) -> Problem:
     return _Joint(system, observer).problem(failures=False)
 
 
-def failures_refinement(system: System, observer: Component, *, divergences: bool) -> Problem:
+def failures_refinement(system: ClassSystem, observer: ClassComponent, *, divergences: bool) -> Problem:
     """The claims of a refinement of failures, or of failures and divergences.
 
     Raises:
@@ -153,11 +161,11 @@ def failures_refinement(system: System, observer: Component, *, divergences: boo
     """
     if divergences:
         _nothing_hidden_for_ever(system)
-        _nothing_hidden_for_ever(System((observer,), Leaf(0)))
+        _nothing_hidden_for_ever(ClassSystem((observer,), SystemLeaf(0)))
     return _Joint(system, observer).problem(failures=True)
 
 
-def determined_by_traces(observer: Component) -> Iterator[tuple[tuple[Part, ...], Term]]:
+def determined_by_traces(observer: ClassComponent) -> Iterator[tuple[tuple[Constraint, ...], Term]]:
     """Premises, and what must follow from them, for the data of a class to be determined by what it has done."""
     situation = observer.situation
     states = situation.state_variables()
@@ -184,14 +192,14 @@ _Joined = tuple[Configuration, frozenset[int]]
 class _Joint:
     """An implementation with its specification beside it, whose control is in one of a set of states."""
 
-    def __init__(self, system: System, observer: Component) -> None:
+    def __init__(self, system: ClassSystem, observer: ClassComponent) -> None:
         _terminates_never((*system.components, observer))
         if any(label is None for label in observer.labels.values()):
-            raise Unreadable(f"`{observer.name}` hides events")
+            raise UnreadableProcess(f"`{observer.name}` hides events")
         self.system = system
         self.observer = observer
         self.number = len(system.components)
-        self.whole = System((*system.components, observer), Leaf(0))
+        self.whole = ClassSystem((*system.components, observer), SystemLeaf(0))
 
     def problem(self, *, failures: bool) -> Problem:
         def claims(place: _Joined) -> Iterator[Claim]:
@@ -211,9 +219,9 @@ class _Joint:
         start = (self.system.start, closed(self.observer.machine, [0]))
         return _problem(self.whole, start, self._steps, claims, text)
 
-    def _steps(self, place: _Joined) -> list[tuple[Move, _Joined]]:
+    def _steps(self, place: _Joined) -> list[tuple[SystemMove, _Joined]]:
         at, states = place
-        found: list[tuple[Move, _Joined]] = []
+        found: list[tuple[SystemMove, _Joined]] = []
         for move in self.system.moves(at):
             if move.label is None:
                 found.append((move, (move.target, states)))
@@ -238,10 +246,10 @@ class _Joint:
         machine = self.observer.machine
         return list(dict.fromkeys([*(c for s in states for c in offered(machine, s)), *self.observer.free]))
 
-    def _own(self, channel: str, at: Configuration) -> Move:
-        return Move(self.observer.labels[channel], ((self.number, channel),), at)
+    def _own(self, channel: str, at: Configuration) -> SystemMove:
+        return SystemMove(self.observer.labels[channel], ((self.number, channel),), at)
 
-    def _allowed(self, move: Move, states: frozenset[int]) -> Claim:
+    def _allowed(self, move: SystemMove, states: frozenset[int]) -> Claim:
         """That the specification can do what the implementation does."""
         assert move.label is not None
         values = self.system.values(move)
@@ -253,9 +261,9 @@ class _Joint:
         """That the implementation refuses no more than some state that the specification may be in."""
         moves = _distinct(self.system.moves(at))
         if any(len(move.parts) > 1 for move in moves):
-            raise Unreadable("what a composition of classes refuses is not read off")
+            raise UnreadableProcess("what a composition of classes refuses is not read off")
         stable = tuple(
-            Part(negation(self.system.alive(move)), "nothing hidden is possible")
+            Constraint(negation(self.system.alive(move)), "nothing hidden is possible")
             for move in moves
             if move.label is None
         )
@@ -265,16 +273,18 @@ class _Joint:
                 channels = self._channels([state])
                 options.append([self._both(at, moves, channel) for channel in channels])
         if not options:
-            raise Unreadable(f"`{self.observer.name}` has states that are never stable")
+            raise UnreadableProcess(f"`{self.observer.name}` has states that are never stable")
         if len(options) == 1:
             for label, inputs, offer, answer in options[0]:
-                yield Claim("refusal", (*stable, Part(offer, "offered by the specification")), answer, label, inputs)
+                yield Claim(
+                    "refusal", (*stable, Constraint(offer, "offered by the specification")), answer, label, inputs
+                )
             return
         goals = [all_of(every(inputs, offer, answer) for _, inputs, offer, answer in option) for option in options]
         yield Claim("refusal", stable, any_of(goals))
 
     def _both(
-        self, at: Configuration, moves: Sequence[Move], channel: str
+        self, at: Configuration, moves: Sequence[SystemMove], channel: str
     ) -> tuple[str | None, tuple[Variable, ...], Term, Term]:
         """A channel's label, its inputs, and that the specification, and the implementation, takes them."""
         own = self._own(channel, at)
@@ -285,7 +295,7 @@ class _Joint:
             if move.label != own.label:
                 continue
             if [v.role == "output" for v in self.system.values(move)] != [v.role == "output" for v in values]:
-                raise Unreadable(f"the classes do not agree on who chooses the values of `{own.label}`")
+                raise UnreadableProcess(f"the classes do not agree on who chooses the values of `{own.label}`")
             number, name = move.parts[0]
             answers.append(some(chosen, self.system.components[number].possible(name, values)))
         inputs = tuple(v for v in values if v.role != "output")
@@ -293,9 +303,9 @@ class _Joint:
 
 
 def _problem(
-    system: System,
+    system: ClassSystem,
     start: Place,
-    steps: Callable[[Place], list[tuple[Move, Place]]],
+    steps: Callable[[Place], list[tuple[SystemMove, Place]]],
     claims: Callable[[Place], Iterable[Claim]],
     text: Callable[[Place], str],
 ) -> Problem:
@@ -317,7 +327,7 @@ def _problem(
             )
             found.append(step)
         if len(todo) > MOST_PLACES:
-            raise Unreadable(f"control has more than {MOST_PLACES} places")
+            raise UnreadableProcess(f"control has more than {MOST_PLACES} places")
     return Problem(
         system.components,
         tuple(text(place) for place in todo),
@@ -328,7 +338,7 @@ def _problem(
     )
 
 
-def _total(system: System, move: Move) -> Iterator[Claim]:
+def _total(system: ClassSystem, move: SystemMove) -> Iterator[Claim]:
     """That no guard holds where its effect is impossible: there a class would diverge."""
     for number, channel in move.parts:
         component = system.components[number]
@@ -341,7 +351,7 @@ def _total(system: System, move: Move) -> Iterator[Claim]:
         yield Claim("divergence", premises, substitute(covered[1], table), move.label, values, exact=False)
 
 
-def guards_that_cover(component: Component) -> Iterator[tuple[tuple[Part, ...], Term]]:
+def guards_that_cover(component: ClassComponent) -> Iterator[tuple[tuple[Constraint, ...], Term]]:
     """Premises, and what must follow from them, for a class never to diverge, in whatever state it is.
 
     Where an effect is impossible although its guard holds, an event is not refused; claims that fail there say nothing.
@@ -352,7 +362,7 @@ def guards_that_cover(component: Component) -> Iterator[tuple[tuple[Part, ...], 
             yield (*component.situation.state(), *covered[0]), covered[1]
 
 
-def _covered(component: Component, channel: str) -> tuple[tuple[Part, ...], Term] | None:
+def _covered(component: ClassComponent, channel: str) -> tuple[tuple[Constraint, ...], Term] | None:
     """The guard of an operation, and that the effect is possible; None where they are one schema."""
     operation = component.model.operations.get(channel)
     if operation is None or operation.form not in ("guarded", "effect"):
@@ -364,13 +374,13 @@ def _covered(component: Component, channel: str) -> tuple[tuple[Part, ...], Term
     return (*given, *component.situation.guard(operation)), some(outputs, all_of([*(p.term for p in carried), effect]))
 
 
-def _terminates_never(components: Iterable[Component]) -> None:
+def _terminates_never(components: Iterable[ClassComponent]) -> None:
     for component in components:
         if component.machine.ends:
-            raise Unreadable(f"`{component.name}` may terminate")
+            raise UnreadableProcess(f"`{component.name}` may terminate")
 
 
-def _nothing_hidden_for_ever(system: System) -> None:
+def _nothing_hidden_for_ever(system: ClassSystem) -> None:
     """Raise where hidden events and internal steps may go round in a circle, as far as control is concerned."""
     silent = {
         at: {move.target for move in system.moves(at) if move.label is None}
@@ -380,15 +390,15 @@ def _nothing_hidden_for_ever(system: System) -> None:
         for at in done:
             del silent[at]
     if silent:
-        raise Unreadable("hidden events may go on for ever as far as control is concerned")
+        raise UnreadableProcess("hidden events may go on for ever as far as control is concerned")
 
 
-def _distinct(moves: Iterable[Move]) -> list[Move]:
+def _distinct(moves: Iterable[SystemMove]) -> list[SystemMove]:
     """Moves without their targets, each once; internal steps of control are left out."""
     return list({(move.label, move.parts): move for move in moves if move.parts}.values())
 
 
-def _offered(moves: Iterable[Move]) -> list[str]:
+def _offered(moves: Iterable[SystemMove]) -> list[str]:
     return sorted({move.label for move in moves if move.label is not None})
 
 

@@ -26,7 +26,7 @@ MOST_STATES = 200
 _CONSTANT = {"STOP": process.STOP, "SKIP": process.SKIP, "DIV": process.DIV}
 
 
-class Unreadable(Exception):
+class UnreadableProcess(Exception):
     """What keeps a process from being read; the message is a sentence without a full stop."""
 
 
@@ -84,9 +84,9 @@ def control(model: core.ClassModel, taken: Container[str] = ()) -> Control:
     try:
         lts = explore(whole, Limits(states=MOST_STATES)).lts
     except LimitReached:
-        raise Unreadable(f"its process equations have more than {MOST_STATES} states") from None
+        raise UnreadableProcess(f"its process equations have more than {MOST_STATES} states") from None
     except ScriptError:
-        raise Unreadable("its process equations call themselves before any event") from None
+        raise UnreadableProcess("its process equations call themselves before any event") from None
     moves: list[tuple[tuple[str | None, int], ...]] = []
     ends = set()
     for state in range(lts.states):
@@ -158,7 +158,9 @@ class _Equations:
             case syntax.Name(parts=(name,)) if name in _CONSTANT:
                 return _CONSTANT[name]
         text = " ".join(node.span.text.split())
-        raise Unreadable(f"`{text if len(text) < 60 else text[:57] + '...'}` in its process equations is not read")
+        raise UnreadableProcess(
+            f"`{text if len(text) < 60 else text[:57] + '...'}` in its process equations is not read"
+        )
 
     def _event(self, node: syntax.Prefix) -> int:
         channel = node.channel
@@ -169,7 +171,7 @@ class _Equations:
             if all(self._ignored(field, used) for field in node.fields):
                 return self._numbers[channel.parts[0]]
         text = " ".join(node.span.text.split("->")[0].split())
-        raise Unreadable(f"its process equations look at the values of `{text}`")
+        raise UnreadableProcess(f"its process equations look at the values of `{text}`")
 
     def _ignored(self, field: syntax.Field, used: set[str]) -> bool:
         """Whether a field takes any value, and nothing is done with it."""
@@ -191,7 +193,7 @@ class _Equations:
             names = [item.parts for item in node.items if isinstance(item, syntax.Name)]
             if len(names) == len(node.items) and all(len(n) == 1 and n[0] in self._numbers for n in names):
                 return EventSet.of(sorted({self._numbers[name] for (name,) in names}))
-        raise Unreadable("its process equations have a set of events that is not one of whole channels")
+        raise UnreadableProcess("its process equations have a set of events that is not one of whole channels")
 
 
 def after(machine: Control, states: frozenset[int], channel: str) -> frozenset[int]:

@@ -13,8 +13,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from cspcheck.checker.proof.prover import Prover
-from cspcheck.checker.proof.question import Answer, Clause, Found, Horn, Impossible, Part
-from cspcheck.checker.proof.replay import Replay, Replayed
+from cspcheck.checker.proof.question import Answer, Constraint, Found, Horn, Impossible, ProofClause
+from cspcheck.checker.proof.replay import PredicateReplay, Replayed
 from cspcheck.checker.proof.terms import (
     FALSE,
     all_of,
@@ -61,7 +61,7 @@ class _Hasty(Prover):
 
     left = 0
 
-    def refutes(self, premises: Iterable[Part], goal: Term, shown: Iterable[Variable] = ()) -> Answer:
+    def refutes(self, premises: Iterable[Constraint], goal: Term, shown: Iterable[Variable] = ()) -> Answer:
         """See :class:`Prover`.
 
         Raises:
@@ -198,7 +198,7 @@ class Invariants:
         return len(left) < len(goals)
 
     def _surviving(
-        self, goals: list[Term], after: list[Term], premises: Iterable[Part], known: Sequence[Term]
+        self, goals: list[Term], after: list[Term], premises: Iterable[Constraint], known: Sequence[Term]
     ) -> list[Term]:
         """The goals that follow, where *after* is what has to follow for each."""
         premises = tuple(premises)
@@ -214,7 +214,7 @@ class Invariants:
             if isinstance(answer, Impossible):
                 return [goal for goal in goals if any(goal is g for g, _ in [*sure, *open_])]
             if isinstance(answer, Found):
-                replay = Replay(self.prover.specification, self.prover.model, _sizes(answer), answer.values)
+                replay = PredicateReplay(self.prover.specification, self.prover.model, _sizes(answer), answer.values)
                 left = [pair for pair in open_ if replay.holds(pair[1]) is Replayed.HOLDS]
                 if len(left) < len(open_):
                     open_ = left
@@ -281,31 +281,31 @@ def horn(problem: Problem, prover: Prover) -> Horn:
     """The problem as Horn clauses over one predicate for each place."""
     total = prover.solver.definedness.holding
 
-    def defined(parts: Iterable[Part]) -> tuple[Term, ...]:
+    def defined(parts: Iterable[Constraint]) -> tuple[Term, ...]:
         return tuple(t for part in parts for t in ((part.term,) if part.total else total([part.term])))
 
     everything = [*problem.initial, *problem.state, *[p for step in problem.steps for p in step.parts]]
     everything += [part for claims in problem.claims for claim in claims for part in claim.premises]
     with_axioms = prover.situation.with_constants(everything)
     axioms = [part for part in with_axioms if part not in everything]
-    clauses = [Clause(None, 0, defined([*axioms, *problem.initial]))]
+    clauses = [ProofClause(None, 0, defined([*axioms, *problem.initial]))]
     for step in problem.steps:
         same = [
             equal(replace(v, role="after"), step.unchanged[v.name, "after"])
             for v in problem.variables()
             if (v.name, "after") in step.unchanged
         ]
-        clauses.append(Clause(step.source, step.target, (*defined([*problem.state, *step.parts]), *same)))
+        clauses.append(ProofClause(step.source, step.target, (*defined([*problem.state, *step.parts]), *same)))
     for place, claims in enumerate(problem.claims):
         for claim in claims:
             fails = prover.fails(claim.goal)
-            clauses.append(Clause(place, None, defined([*problem.state, *claim.premises, fails])))
+            clauses.append(ProofClause(place, None, defined([*problem.state, *claim.premises, fails])))
     constants = prover.situation.constant_variables(with_axioms)
     return Horn(len(problem.places), (*problem.variables(), *constants), tuple(clauses))
 
 
-def _parts(terms: Iterable[Term]) -> tuple[Part, ...]:
-    return tuple(Part(term, "invariant found") for term in terms)
+def _parts(terms: Iterable[Term]) -> tuple[Constraint, ...]:
+    return tuple(Constraint(term, "invariant found") for term in terms)
 
 
 def _sizes(found: Found) -> dict[str, int]:

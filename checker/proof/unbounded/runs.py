@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from cspcheck.checker.proof.prover import Prover
-from cspcheck.checker.proof.question import Found, Impossible, Part
+from cspcheck.checker.proof.question import Constraint, Found, Impossible
 from cspcheck.checker.proof.terms import (
     Key,
     all_of,
@@ -27,7 +27,7 @@ from cspcheck.cspm.oz.writing.core_text import text
 
 
 @dataclass(frozen=True)
-class Run:
+class FailingRun:
     """A run to a state in which a claim fails.
 
     Attributes:
@@ -60,27 +60,27 @@ class Runs:
         self.excluded = -1
         """There is no run with so many steps, or fewer."""
 
-    def search(self, until: int) -> Run | None:
+    def search(self, until: int) -> FailingRun | None:
         """A shortest run of at most so many steps, as far as the prover can tell."""
         sure = self.excluded
         # A claim that may fail although the assertion holds is none to look for.
         whole = all(claim.exact for claims in self.problem.claims for claim in claims)
         for length in range(self.excluded + 1, until + 1):
             found = self._of_length(length)
-            if isinstance(found, Run):
+            if isinstance(found, FailingRun):
                 return found
             if found and whole and sure == length - 1:
                 sure = length
         self.excluded = sure
         return None
 
-    def _of_length(self, length: int) -> Run | bool:
+    def _of_length(self, length: int) -> FailingRun | bool:
         """A run of so many steps; otherwise whether it is known that there is none."""
         ends = self._ends()
         if not ends:
             return True
         parts = [replace(p, term=self._at(p.term, 0)) for p in self.problem.initial]
-        parts.append(Part(equal(_place(0), integer(0)), "start"))
+        parts.append(Constraint(equal(_place(0), integer(0)), "start"))
         reach = self._reachable(length)
         for number in range(length):
             ways = [
@@ -90,7 +90,7 @@ class Runs:
             ]
             if not ways:
                 return True
-            parts.append(Part(any_of(ways), "step"))
+            parts.append(Constraint(any_of(ways), "step"))
         lasting = [(i, place, claim) for i, (place, claim) in enumerate(ends) if place in reach[length]]
         if not lasting:
             return True
@@ -100,7 +100,7 @@ class Runs:
             bad = self.prover.fails(claim.goal).term
             body = self._at(all_of([*premises, bad]), length)
             failing.append(all_of([equal(_place(length), integer(place)), equal(_END, integer(index)), body]))
-        parts.append(Part(any_of(failing), "failing"))
+        parts.append(Constraint(any_of(failing), "failing"))
         answer = self.prover.find(parts, self._shown(length))
         if isinstance(answer, Found):
             return self._run(answer, length, ends)
@@ -145,7 +145,7 @@ class Runs:
         shown = [_timed(v, number) for number in range(length + 1) for v in self.problem.variables()]
         return [*shown, *[_taken(number) for number in range(length)]]
 
-    def _run(self, found: Found, length: int, ends: list[tuple[int, Claim]]) -> Run | bool:
+    def _run(self, found: Found, length: int, ends: list[tuple[int, Claim]]) -> FailingRun | bool:
         values = {(v.name, v.role): value for v, value in found.values.items()}
         try:
             steps = [self.problem.steps[_number(values[_taken(n).name, "before"])] for n in range(length)]
@@ -165,16 +165,18 @@ class Runs:
         taken = tuple((step, told(step.values, number)) for number, step in enumerate(steps))
         last: dict[Key, Term] = {(v.name, v.role): x for v, x in found.values.items() if v.role == "constant"}
         last |= {(v.name, v.role): values[_timed(v, length).name, "before"] for v in self.problem.variables()}
-        return Run(tuple(states), taken, claim, told(claim.values, length), constants, bool(found.vouched), last, place)
+        return FailingRun(
+            tuple(states), taken, claim, told(claim.values, length), constants, bool(found.vouched), last, place
+        )
 
-    def offers(self, run: Run, number: int) -> tuple[str, ...]:
+    def offers(self, run: FailingRun, number: int) -> tuple[str, ...]:
         """The channels of which a component can perform an event at the end of a run, as far as is known."""
         component = self.problem.components[number]
         steps = [step for step in self.problem.steps if step.source == run.place]
         taken = {(channel, step.values) for step in steps for n, channel in step.move.parts if n == number}
         found = []
         for channel, values in sorted(taken, key=lambda pair: pair[0]):
-            possible = Part(substitute(component.possible(channel, values), run.last), "possible", total=True)
+            possible = Constraint(substitute(component.possible(channel, values), run.last), "possible", total=True)
             if isinstance(self.prover.find([possible]), Found):
                 found.append(component.labels[channel] or channel)
         return tuple(dict.fromkeys(found))

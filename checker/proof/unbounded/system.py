@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from cspcheck.checker.proof.definedness import Definedness
 from cspcheck.checker.proof.one_point import eliminated
-from cspcheck.checker.proof.question import Part
+from cspcheck.checker.proof.question import Constraint
 from cspcheck.checker.proof.situation import Situation, parameter_variable
 from cspcheck.checker.proof.terms import (
     TRUE,
@@ -28,7 +28,7 @@ from cspcheck.checker.proof.terms import (
     substitute,
     universe,
 )
-from cspcheck.checker.proof.unbounded.control import Control, Unreadable, control
+from cspcheck.checker.proof.unbounded.control import Control, UnreadableProcess, control
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Term, Variable
 
@@ -39,7 +39,7 @@ Configuration: TypeAlias = tuple[int, ...]
 
 
 @dataclass(frozen=True)
-class Component:
+class ClassComponent:
     """A class as a component.
 
     Attributes:
@@ -87,17 +87,17 @@ class Component:
         """What the operation's parameters are called in the events of a move."""
         return {(v.name, v.role): new for v, new in zip(self.parameters(channel), values, strict=True)}
 
-    def carried(self, channel: str) -> list[Part]:
+    def carried(self, channel: str) -> list[Constraint]:
         """That the values are what the channel and the operation declare."""
         parts = []
         for variable, declared in zip(self.parameters(channel), self.model.channels[channel].parameters, strict=True):
-            parts.append(Part(member(variable, declared.carrier), f"carrier of `{declared.name}`", declared.span))
+            parts.append(Constraint(member(variable, declared.carrier), f"carrier of `{declared.name}`", declared.span))
         operation = self.model.operations.get(channel)
         if operation is not None:
             parts += [*self.situation.inputs(operation), *self.situation.outputs(operation)]
         return parts
 
-    def step(self, channel: str, values: tuple[Variable, ...]) -> list[Part]:
+    def step(self, channel: str, values: tuple[Variable, ...]) -> list[Constraint]:
         """That an event of the channel happens, from a state before to one after."""
         operation = self.model.operations.get(channel)
         parts = self.carried(channel)
@@ -131,13 +131,13 @@ class Component:
         before, after = self.situation.state_variables(), self.situation.state_variables("after")
         return {(a.name, a.role): b for a, b in zip(after, before, strict=True)}
 
-    def initial(self) -> list[Part]:
+    def initial(self) -> list[Constraint]:
         """That the state before is one to begin with."""
         return [*self.situation.state(), *self.situation.initial()]
 
 
 @dataclass(frozen=True)
-class Move:
+class SystemMove:
     """What can happen in a configuration.
 
     Attributes:
@@ -152,7 +152,7 @@ class Move:
 
 
 @dataclass(frozen=True)
-class Leaf:
+class SystemLeaf:
     """One component of a composition, by its number."""
 
     number: int
@@ -175,10 +175,10 @@ class Hidden:
     inner: Composition
 
 
-Composition: TypeAlias = Leaf | Together | Hidden
+Composition: TypeAlias = SystemLeaf | Together | Hidden
 
 
-class System:
+class ClassSystem:
     """A composition of classes.
 
     Args:
@@ -186,13 +186,13 @@ class System:
         composition: how they stand together.
     """
 
-    def __init__(self, components: tuple[Component, ...], composition: Composition) -> None:
+    def __init__(self, components: tuple[ClassComponent, ...], composition: Composition) -> None:
         self.components = components
         self._composition = composition
         self.start: Configuration = tuple(0 for _ in components)
-        self._moves: dict[Configuration, tuple[Move, ...]] = {}
+        self._moves: dict[Configuration, tuple[SystemMove, ...]] = {}
 
-    def moves(self, at: Configuration) -> tuple[Move, ...]:
+    def moves(self, at: Configuration) -> tuple[SystemMove, ...]:
         """What can happen as far as control is concerned."""
         if at not in self._moves:
             self._moves[at] = tuple(dict.fromkeys(self._of(self._composition, at)))
@@ -202,18 +202,18 @@ class System:
         """Whether control can do nothing by itself: neither an internal step nor terminate."""
         return all(c.machine.settled(s) for c, s in zip(self.components, at, strict=True))
 
-    def _of(self, node: Composition, at: Configuration) -> Iterator[Move]:
+    def _of(self, node: Composition, at: Configuration) -> Iterator[SystemMove]:
         match node:
-            case Leaf(number=number):
+            case SystemLeaf(number=number):
                 component, state = self.components[number], at[number]
                 for channel, to in component.machine.moves[state]:
                     target = (*at[:number], to, *at[number + 1 :])
                     if channel is None:
-                        yield Move(None, (), target)
+                        yield SystemMove(None, (), target)
                     else:
-                        yield Move(component.labels[channel], ((number, channel),), target)
+                        yield SystemMove(component.labels[channel], ((number, channel),), target)
                 for channel in component.free:
-                    yield Move(component.labels[channel], ((number, channel),), at)
+                    yield SystemMove(component.labels[channel], ((number, channel),), at)
             case Hidden(channels=channels, inner=inner):
                 for move in self._of(inner, at):
                     yield replace(move, label=None) if move.label in channels else move
@@ -225,7 +225,9 @@ class System:
                 for one in ones:
                     for other in others:
                         if one.label is not None and one.label in channels and one.label == other.label:
-                            yield Move(one.label, (*one.parts, *other.parts), _joined(at, one.target, other.target))
+                            yield SystemMove(
+                                one.label, (*one.parts, *other.parts), _joined(at, one.target, other.target)
+                            )
 
     def configurations(self, most: int) -> list[Configuration]:
         """All configurations that control leads to, breadth first.
@@ -240,12 +242,12 @@ class System:
                     found[move.target] = None
                     todo.append(move.target)
             if len(found) > most:
-                raise Unreadable(f"there are more than {most} configurations of control")
+                raise UnreadableProcess(f"there are more than {most} configurations of control")
         return todo
 
     # --- predicates --------------------------------------------------------------------------------------------------
 
-    def values(self, move: Move) -> tuple[Variable, ...]:
+    def values(self, move: SystemMove) -> tuple[Variable, ...]:
         """The values of a move's event; as outputs where a component chooses them."""
         if not move.parts:
             return ()
@@ -263,16 +265,16 @@ class System:
             found.append(replace(variable, name=f"{move.label or move.parts[0][1]}.{position + 1}", role=chosen))
         return tuple(found)
 
-    def state(self) -> list[Part]:
+    def state(self) -> list[Constraint]:
         """That the states before are states of the classes."""
         return [part for component in self.components for part in component.situation.state()]
 
-    def step(self, move: Move) -> list[Part]:
+    def step(self, move: SystemMove) -> list[Constraint]:
         """That the move happens, as far as the components in it are concerned: from a state before to one after."""
         values = self.values(move)
         return [part for number, channel in move.parts for part in self.components[number].step(channel, values)]
 
-    def unchanged(self, move: Move) -> dict[Key, Term]:
+    def unchanged(self, move: SystemMove) -> dict[Key, Term]:
         """What keeps its value in a move, by what it is afterwards."""
         table: dict[Key, Term] = {}
         taking = dict(move.parts)
@@ -280,7 +282,7 @@ class System:
             table |= component.unchanged(taking.get(number))
         return table
 
-    def alive(self, move: Move) -> Term:
+    def alive(self, move: SystemMove) -> Term:
         """That an event of the move happens whatever the classes choose.
 
         Raises:
@@ -290,7 +292,7 @@ class System:
         possible = {n: self.components[n].possible(channel, values) for n, channel in move.parts}
         choosing = [n for n, channel in move.parts if self.components[n].has_outputs(channel)]
         if len(choosing) > 1:
-            raise Unreadable(f"several classes choose values of `{move.label}`")
+            raise UnreadableProcess(f"several classes choose values of `{move.label}`")
         chosen = [v for v in values if v.role == "output"]
         given = [v for v in values if v.role != "output"]
         if not choosing or len(move.parts) == 1:
@@ -323,7 +325,7 @@ def every(values: Iterable[Variable], premise: Term, conclusion: Term) -> Term:
     return quantified("forall", binders, TRUE, substitute(implication(premise, conclusion), table))
 
 
-def component(context: ClassContext, model: core.ClassModel, *, qualified: bool, visible: bool) -> Component:
+def component(context: ClassContext, model: core.ClassModel, *, qualified: bool, visible: bool) -> ClassComponent:
     """A class as a component.
 
     Raises:
@@ -339,7 +341,7 @@ def component(context: ClassContext, model: core.ClassModel, *, qualified: bool,
         match channel.kind:
             case "chan" if (model.name, channel.name) not in context.unshared:
                 if channel.parameters and channel.name in context.declared:
-                    raise Unreadable(f"the script declares what `{channel.name}` carries")
+                    raise UnreadableProcess(f"the script declares what `{channel.name}` carries")
                 labels[channel.name] = channel.name
             case "method":
                 labels[channel.name] = f"{model.name}::{channel.name}" if visible else None
@@ -348,4 +350,4 @@ def component(context: ClassContext, model: core.ClassModel, *, qualified: bool,
             case _:
                 labels[channel.name] = None
     named = with_qualified_names(model, True) if qualified else model
-    return Component(model.name, Situation(specification, named), machine, labels, context.angelic)
+    return ClassComponent(model.name, Situation(specification, named), machine, labels, context.angelic)

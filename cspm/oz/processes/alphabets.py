@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 
 from cspcheck.cspm.evaluator.free import children
 from cspcheck.cspm.naming.symbols import Names, Symbol, SymbolKind
-from cspcheck.cspm.oz.processes.nodes import ClassProcess, Foreign
+from cspcheck.cspm.oz.processes.nodes import ClassExpression, ClassProcess
 from cspcheck.cspm.syntax import tree as syntax
 
 _FOLLOWED = frozenset({SymbolKind.VALUE, SymbolKind.FUNCTION, SymbolKind.VARIABLE})
@@ -54,13 +54,13 @@ class Alphabets:
             stack.extend(children(current))
         return False
 
-    def foreign(self, nodes: Iterable[syntax.Node]) -> Iterator[Foreign]:
+    def foreign(self, nodes: Iterable[syntax.Node]) -> Iterator[ClassExpression]:
         """What the Object-Z part brings into some expressions, through all definitions that they use."""
         seen: set[Symbol] = set()
         stack = list(nodes)
         while stack:
             current = stack.pop()
-            if isinstance(current, Foreign):
+            if isinstance(current, ClassExpression):
                 yield current
             symbol = self._names.find(current) if isinstance(current, syntax.Name) else None
             if symbol is not None and symbol.declaration is not None and symbol not in seen:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Classes:
+class ObjectZPart:
     """The Object-Z part of a script: what its classes share, and what is odd about them."""
 
     context: ClassContext
@@ -50,7 +50,7 @@ class Classes:
         return self.context.used(owners)
 
 
-def classes_of_tree(tree: syntax.Script, semantics: ClassReading | None) -> tuple[Classes, syntax.Script]:
+def classes_of_tree(tree: syntax.Script, semantics: ClassReading | None) -> tuple[ObjectZPart, syntax.Script]:
     """The classes of a script, and the script with what they become in their place.
 
     Raises:
@@ -64,12 +64,12 @@ def classes_of_tree(tree: syntax.Script, semantics: ClassReading | None) -> tupl
         angelic=semantics is not None and semantics.outputs == "angelic",
     )
     with deep_recursion():
-        return Classes(context, elaborated.warnings), desugared(tree, elaborated, context)
+        return ObjectZPart(context, elaborated.warnings), desugared(tree, elaborated, context)
 
 
 def context_of(script: Script) -> ClassContext | None:
     """What the classes of a loaded script share; None if it has none."""
-    return script.classes.context if isinstance(script.classes, Classes) else None
+    return script.classes.context if isinstance(script.classes, ObjectZPart) else None
 
 
 def specification_of(script: Script) -> Specification | None:

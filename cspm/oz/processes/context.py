@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from cspcheck.cspm.oz import core
-from cspcheck.cspm.oz.values.evaluation import Evaluator
+from cspcheck.cspm.oz.values.evaluation import TermEvaluator
 from cspcheck.cspm.oz.values.readings import written
 
 if TYPE_CHECKING:
@@ -37,17 +37,17 @@ class ClassContext:
     unshared: frozenset[tuple[str, str]] = frozenset()
     parts: dict[str | None, DataPart] = field(default_factory=dict)
     """The data parts of the classes whose processes have been evaluated."""
-    _evaluators: dict[str | None, Evaluator] = field(default_factory=dict)
+    _evaluators: dict[str | None, TermEvaluator] = field(default_factory=dict)
 
-    def evaluator(self, owner: str | None) -> Evaluator:
+    def evaluator(self, owner: str | None) -> TermEvaluator:
         """The evaluator of a class, or of what belongs to none."""
         found = self._evaluators.get(owner)
         if found is None:
             if owner is None:
-                found = Evaluator(self.specification)
+                found = TermEvaluator(self.specification)
             else:
                 outside = self.evaluator(None)
-                found = Evaluator(self.specification, self.models[owner], outside.constants)
+                found = TermEvaluator(self.specification, self.models[owner], outside.constants)
             self._evaluators[owner] = found
         return found
 

@@ -17,11 +17,11 @@ from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.processes.alphabets import Alphabets
 from cspcheck.cspm.oz.processes.desugaring import given_name
 from cspcheck.cspm.oz.processes.meaning import DataPart
-from cspcheck.cspm.oz.processes.nodes import CarrierSet, ClassProcess, ConstantValue, Foreign
+from cspcheck.cspm.oz.processes.nodes import CarrierSet, ClassExpression, ClassProcess, ConstantValue
 from cspcheck.cspm.oz.values.carriers import TooLarge, Unbounded
 from cspcheck.cspm.oz.values.conversion import Conversion
 from cspcheck.cspm.oz.values.enumeration import enumeration, membership
-from cspcheck.cspm.oz.values.evaluation import Evaluator as TermEvaluator, Scope
+from cspcheck.cspm.oz.values.evaluation import FrameScope, TermEvaluator as TermEvaluator
 from cspcheck.cspm.oz.values.terms import free_variables, show_term
 from cspcheck.cspm.process import terms as process
 from cspcheck.cspm.process.construction import hide, prefix
@@ -34,7 +34,7 @@ from cspcheck.cspm.values.sets import Range, Set, set_of
 from cspcheck.cspm.values.thunks import Code, Env
 
 
-def _conversion(evaluator: Evaluator, node: Foreign, frame: Frame) -> Conversion:
+def _conversion(evaluator: Evaluator, node: ClassExpression, frame: Frame) -> Conversion:
     """Conversion of the values of the types that *node* knows."""
     names = evaluator.names
     symbols = {given_name(names.symbol(name).name): names.symbol(name) for name in node.datatypes}
@@ -95,7 +95,7 @@ def _carrier_set(evaluator: Evaluator, node: CarrierSet, frame: Frame) -> Code:
 
 def _carried(node: CarrierSet, conversion: Conversion) -> Set:
     terms = node.context.evaluator(node.owner)
-    scope = Scope()
+    scope = FrameScope()
     ways = [enumeration(terms, carrier, scope) for carrier in node.carriers]
     for way in ways:
         terms.readings.use(way.readings)
@@ -125,7 +125,7 @@ def _carried(node: CarrierSet, conversion: Conversion) -> Set:
 def _converted_member(
     terms: TermEvaluator, carrier: core.Term, conversion: Conversion, element: core.Type
 ) -> Callable[[Any], bool]:
-    scope = Scope()
+    scope = FrameScope()
     test = membership(terms, carrier, scope)
     return lambda value: test(scope.frame(), conversion.from_cspm(value, element))
 
@@ -187,7 +187,7 @@ class _Events:
             terms: evaluates the sets.
             narrower: further sets, by parameter, that its values lie in.
         """
-        scope = Scope()
+        scope = FrameScope()
         declared, _ = self._channels[channel]
         carried = self.values(channel)
         if carried is None:

@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING
 from cspcheck.cspm.naming.symbols import Symbol
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.processes.desugaring import given_name
-from cspcheck.cspm.oz.processes.nodes import CarrierSet, ClassProcess, ConstantValue, Foreign
+from cspcheck.cspm.oz.processes.nodes import CarrierSet, ClassExpression, ClassProcess, ConstantValue
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.typing.types import BOOL, INT, PROC, REAL, MapOf, SequenceOf, SetOf, TupleOf, Type
 
 if TYPE_CHECKING:
-    from cspcheck.cspm.typing.inference.context import Context
+    from cspcheck.cspm.typing.inference.context import InferenceContext
 
 
-def foreign_type(context: Context, node: syntax.Foreign) -> Type:
+def foreign_type(context: InferenceContext, node: syntax.Foreign) -> Type:
     """The type of an expression that the Object-Z part brings."""
-    assert isinstance(node, Foreign)
+    assert isinstance(node, ClassExpression)
     datatypes = {given_name(context.names.symbol(name).name): context.names.symbol(name) for name in node.datatypes}
     match node:
         case CarrierSet():
@@ -32,7 +32,7 @@ def foreign_type(context: Context, node: syntax.Foreign) -> Type:
     raise TypeError(node)
 
 
-def _type(context: Context, type_: core.Type, datatypes: Mapping[str, Symbol]) -> Type:
+def _type(context: InferenceContext, type_: core.Type, datatypes: Mapping[str, Symbol]) -> Type:
     def of(inner: core.Type) -> Type:
         return _type(context, inner, datatypes)
 

@@ -27,9 +27,9 @@ from cspcheck.cspm.oz.core import Apply, ClassModel, Term, Variable
 from cspcheck.cspm.oz.processes import messages as messages
 from cspcheck.cspm.oz.values.carriers import Frame
 from cspcheck.cspm.oz.values.enumeration import Member, enumeration, membership
-from cspcheck.cspm.oz.values.evaluation import Evaluator, Scope
+from cspcheck.cspm.oz.values.evaluation import FrameScope, TermEvaluator
 from cspcheck.cspm.oz.values.readings import written
-from cspcheck.cspm.oz.values.solving import Solver, Unknown, solver
+from cspcheck.cspm.oz.values.solving import SolutionPlan, SoughtVariable, solver
 from cspcheck.cspm.oz.values.terms import conjuncts, free_variables, mapped, shape
 from cspcheck.cspm.oz.values.values import show, show_assignment
 from cspcheck.cspm.process.terms import (
@@ -73,7 +73,7 @@ class DataPart:
 
     def __init__(
         self,
-        evaluator: Evaluator,
+        evaluator: TermEvaluator,
         model: ClassModel,
         alphabet: Alphabet,
         *,
@@ -110,8 +110,8 @@ class DataPart:
         Raises:
             Failure: there is none at all.
         """
-        scope = Scope((variable.name, "before") for variable in self.variables)
-        unknowns = [Unknown(v.name, "before", v.carrier, v.span) for v in self.variables]
+        scope = FrameScope((variable.name, "before") for variable in self.variables)
+        unknowns = [SoughtVariable(v.name, "before", v.carrier, v.span) for v in self.variables]
         predicates = (*(self.model.initial or ()), *self.model.invariant)
         found = solver(self.evaluator, scope, unknowns, predicates)
         found.use_readings(self.evaluator)
@@ -183,7 +183,7 @@ class DataPart:
         return operands[0] if len(operands) == 1 else ExternalChoice(tuple(operands))
 
     def _leaving(
-        self, scope: Scope, variables: Sequence[core.Declared], role: core.Role
+        self, scope: FrameScope, variables: Sequence[core.Declared], role: core.Role
     ) -> Callable[[Frame], str | None]:
         """Which of the variables is outside its finite reading, and its value; None if none is."""
         tests: list[tuple[core.Declared, int, Member, str]] = []
@@ -276,8 +276,8 @@ class _Parameter:
     span: Any
 
     @property
-    def unknown(self) -> Unknown:
-        return Unknown(self.name, self.kind, self.carrier, self.span)
+    def unknown(self) -> SoughtVariable:
+        return SoughtVariable(self.name, self.kind, self.carrier, self.span)
 
 
 Outcomes = dict[tuple[Any, ...], dict[tuple[Any, ...], dict[Process, None]]]
@@ -304,7 +304,7 @@ class OperationPlan:
         evaluator = part.evaluator
         model = part.model
         changing = {*operation.delta, *[v.name for v in model.secondary]}
-        self.scope = scope = Scope((variable.name, "before") for variable in part.variables)
+        self.scope = scope = FrameScope((variable.name, "before") for variable in part.variables)
         self.changed = [variable for variable in part.variables if variable.name in changing]
 
         def settled(term: Term) -> Term:
@@ -325,10 +325,10 @@ class OperationPlan:
         invariant = [term for term in invariant if any(role == "after" for _, role in free_variables(term))]
         carried = [p.carried for p in map(_Carried, self.parameters) if p.carried is not None]
         effect = [*map(settled, operation.effect), *carried]
-        ends = self.ends = [Unknown(v.name, "after", afterwards(v.carrier), v.span) for v in self.changed]
+        ends = self.ends = [SoughtVariable(v.name, "after", afterwards(v.carrier), v.span) for v in self.changed]
         outputs = self.outputs = [p.unknown for p in self.parameters if p.kind == "output"]
         inputs = self.inputs = [p.unknown for p in self.parameters if p.kind != "output"]
-        self.guard: Solver | None = None
+        self.guard: SolutionPlan | None = None
         self.guards: list[Term] = []
         if self.total:
             self.guards = [*operation.guard, *[t for t in carried if _about(t, inputs)]]
@@ -352,7 +352,7 @@ class OperationPlan:
         self._events: dict[tuple[Any, ...], int | None] = {}
         self._free_outputs = bool(outputs)
 
-    def _relaxed(self, inputs: Sequence[Unknown], predicates: Sequence[Term]) -> Solver | None:
+    def _relaxed(self, inputs: Sequence[SoughtVariable], predicates: Sequence[Term]) -> SolutionPlan | None:
         """Finds the inputs that nothing speaks against but what is said of variables tried from a finite reading.
 
         None where no output or after-value is: then an operation without an outcome is certainly refused.
@@ -534,5 +534,5 @@ def _parameter(parameter: core.Parameter, operation: core.Operation) -> _Paramet
     return _Parameter(own.name, own.kind, own.type, own.carrier, parameter.carrier, own.span)
 
 
-def _about(term: Term, unknowns: Sequence[Unknown]) -> bool:
+def _about(term: Term, unknowns: Sequence[SoughtVariable]) -> bool:
     return any(unknown.key in free_variables(term) for unknown in unknowns)

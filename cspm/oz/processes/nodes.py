@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Foreign(syntax.Foreign):
+class ClassExpression(syntax.Foreign):
     """An expression whose value comes from the Object-Z part.
 
     ``owner`` is the class whose constants it may use, None for none. ``datatypes`` name the datatypes that its values
@@ -37,7 +37,7 @@ class Foreign(syntax.Foreign):
 
 
 @dataclass(frozen=True, kw_only=True)
-class CarrierSet(Foreign):
+class CarrierSet(ClassExpression):
     """The values of some carriers of one type, as far as the finite readings go, or an infinite set."""
 
     carriers: tuple[core.Term, ...] = field(compare=False, repr=False)
@@ -45,7 +45,7 @@ class CarrierSet(Foreign):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ConstantValue(Foreign):
+class ConstantValue(ClassExpression):
     """A constant that axioms determine."""
 
     name: str
@@ -53,7 +53,7 @@ class ConstantValue(Foreign):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ClassProcess(Foreign):
+class ClassProcess(ClassExpression):
     """The process of a class with its methods visible.
 
     ``channels`` are all its channels and methods, ``mains`` the ``main`` of each of its process parts; ``done`` is

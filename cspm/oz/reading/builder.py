@@ -18,7 +18,7 @@ from cspcheck.cspm.oz.reading import messages as messages
 from cspcheck.cspm.oz.reading.layout import Laid
 from cspcheck.cspm.oz.reading.lexer import INFIX, NAMING, POSTFIX, PREFIX, Token
 from cspcheck.cspm.oz.reading.operators import inrel
-from cspcheck.cspm.oz.reading.precedence import DISTRIBUTED, Infix, Row, Signed, operation_tree, tree
+from cspcheck.cspm.oz.reading.precedence import DISTRIBUTED, Infix, PrefixedOperand, Row, operation_tree, tree
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax.tree import NameDeclaration
 
@@ -29,11 +29,11 @@ _LOGICAL: Final = frozenset(["and", "or", "implies", "iff", "not"])
 _MINUS: Final = "a line that begins with `-` is a predicate of its own; put the sign at the end of the line before"
 
 Suffix = Callable[[Span, z.Term], z.Term]
-Part = z.Term | Signed | Row
+Part = z.Term | PrefixedOperand | Row
 Names = tuple[NameDeclaration, ...]
 
 
-class Refused(Exception):
+class RefusedToken(Exception):
     """The grammar admits the token at ``index``, but it cannot be what it would be taken for."""
 
     def __init__(self, index: int) -> None:
@@ -41,7 +41,7 @@ class Refused(Exception):
         super().__init__(index)
 
 
-class Terms:
+class TermBuilder:
     """Builds names, declarations, expressions and predicates."""
 
     def __init__(self, laid: Laid) -> None:
@@ -71,7 +71,7 @@ class Terms:
     def name(self, span: Span, index: int) -> NameDeclaration:
         token = self.token(index)
         if token.decoration:
-            raise Refused(index)
+            raise RefusedToken(index)
         return NameDeclaration(span=span, name=str(token.value))
 
     # --- declarations ----------------------------------------------------------------------------------------
@@ -79,7 +79,7 @@ class Terms:
     def declared(self, span: Span, index: int) -> z.Declared:
         token = self.token(index)
         if token.kind != "NAME" and token.kind not in NAMING:
-            raise Refused(index)
+            raise RefusedToken(index)
         return z.Declared(span=span, name=str(token.value), decoration=self._decoration(index))
 
     def declare(self, span: Span, names: list[z.Declared], carrier: z.Term) -> z.Declare:
@@ -91,7 +91,7 @@ class Terms:
     def inclusion_line(self, span: Span, carrier: z.Term) -> z.Declare:
         index = self.index_at(span)
         if not self.laid.includes(self.laid.origins[index]):
-            raise Refused(index)
+            raise RefusedToken(index)
         return self.inclusion(span, carrier)
 
     def unread(self, span: Span, index: int) -> None:
@@ -111,7 +111,7 @@ class Terms:
 
     # --- rows ------------------------------------------------------------------------------------------------
 
-    def row(self, span: Span, row: Part, operator: int, operand: z.Term | Signed) -> Row:
+    def row(self, span: Span, row: Part, operator: int, operand: z.Term | PrefixedOperand) -> Row:
         token = self.token(operator)
         named = self.laid.kinds[operator] == "RELATION"
         infix = Infix(inrel(f"{token.value}{self._decoration(operator)}") if named else INFIX[token.kind])
@@ -120,9 +120,9 @@ class Terms:
             return row
         return [row, infix, operand]
 
-    def prefixed(self, span: Span, sign: int, operand: z.Term | Signed) -> Signed:
-        if not isinstance(operand, Signed):
-            operand = Signed([], operand)
+    def prefixed(self, span: Span, sign: int, operand: z.Term | PrefixedOperand) -> PrefixedOperand:
+        if not isinstance(operand, PrefixedOperand):
+            operand = PrefixedOperand([], operand)
         operand.signs.append((PREFIX[self.token(sign).kind], self.laid.span(sign)))
         return operand
 

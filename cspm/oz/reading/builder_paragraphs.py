@@ -9,7 +9,7 @@ from typing import Any, Literal, NamedTuple, cast
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.oz import syntax as z
 from cspcheck.cspm.oz.reading import messages as messages
-from cspcheck.cspm.oz.reading.builder import Names, Terms
+from cspcheck.cspm.oz.reading.builder import Names, TermBuilder
 from cspcheck.cspm.oz.reading.layout import Laid
 from cspcheck.cspm.parsing import class_messages
 from cspcheck.cspm.source import Span
@@ -31,7 +31,7 @@ _ONCE = {"visibility": "visible", "state": "state", "initial": "init"}
 """What a class has at most once, by the word that begins it."""
 
 
-class Builder(Terms):
+class ParagraphBuilder(TermBuilder):
     """Builds paragraphs."""
 
     def __init__(self, laid: Laid, read_equations: ReadEquations) -> None:

@@ -39,7 +39,7 @@ _TOP: Final = frozenset([*BOXES, *REFUSED, "syntax", "zed", "type", "zpar", "csp
 _BEGIN = re.compile(r"\\begin\{verbatim\}[\s\S]*?\\end\{verbatim\}|(?<!\\)%[^\n]*|\\begin[ \t]*\{([A-Za-z]+)\}")
 
 
-class Document:
+class LatexDocument:
     """The declarations of a document, with its comments, and what is wrong or odd about it."""
 
     def __init__(self, source: Source, include: Include) -> None:
@@ -87,7 +87,7 @@ class Document:
     def _csp(self, start: int, end: int) -> None:
         """Declarations of CSPm, as in a script."""
         from cspcheck.cspm.parsing import mistakes as parser_mistakes
-        from cspcheck.cspm.parsing.builder import Tree
+        from cspcheck.cspm.parsing.builder import TreeBuilder
         from cspcheck.cspm.parsing.driver import Unexpected, run
         from cspcheck.cspm.parsing.table import table
 
@@ -96,7 +96,7 @@ class Document:
         if tokens.errors:
             self.errors += tokens.errors
             return
-        tree = Tree(tokens, self.include)
+        tree = TreeBuilder(tokens, self.include)
         try:
             script: Any = run(table(), "script", tokens, tree)
         except Unexpected as error:
@@ -425,6 +425,6 @@ def text_of(span: Span) -> str:
     from cspcheck.cspm.oz.writing.printer import print_paragraph
 
     markup = f"\\begin{{zed}}{span.text}\\end{{zed}}"
-    (paragraph,) = Document(Source("line.tex", markup), lambda path, place: ()).declarations
+    (paragraph,) = LatexDocument(Source("line.tex", markup), lambda path, place: ()).declarations
     assert isinstance(paragraph, s.Paragraph)
     return print_paragraph(paragraph)

@@ -80,7 +80,7 @@ class Laid(Tokens):
         return following.first or following.section or following.kind in (";", "[")
 
 
-class Frame:
+class OpenFrame:
     """What is open: a bracket or the paragraph.
 
     Attributes:
@@ -116,7 +116,7 @@ class Frame:
         return kind in ("then", "else") and self.conditionals > 0
 
 
-class Lines:
+class LineLayout:
     """Lays out the lines of a paragraph; *column* tells how far a token is indented."""
 
     def __init__(self, source: Source, found: Sequence[Token], column: Callable[[Token], int]) -> None:
@@ -125,7 +125,7 @@ class Lines:
         self.laid = Laid(source, found)
         self._line = self._section = -1
         self._anew = False  # what comes next goes on with nothing
-        self._frames = [Frame("")]
+        self._frames = [OpenFrame("")]
         self._declares = _declares(found)
 
     def declares(self, at: int) -> bool:
@@ -164,7 +164,7 @@ class Lines:
 
     def _closed(self) -> None:
         """No bracket goes over the beginning of a section or a line of its own."""
-        self._frames = [Frame("")]
+        self._frames = [OpenFrame("")]
 
     # --- lines -----------------------------------------------------------------------------------------------
 
@@ -295,7 +295,7 @@ class Lines:
             frame.start = frame.declaring
         self._emit(kind, at)
 
-    def _name(self, at: int, frame: Frame, start: bool) -> str:
+    def _name(self, at: int, frame: OpenFrame, start: bool) -> str:
         """What a name, or an operator that may be one, is."""
         following = self._peek(at + 1).kind
         if self._declares[at]:
@@ -320,7 +320,7 @@ class Lines:
         kind = token.kind
         following, second = self._peek(at + 1), self._peek(at + 2)
         behind_operand = self._last in COMPLETE and not token.first and not self._anew
-        frame = Frame(kind)
+        frame = OpenFrame(kind)
         if kind == "(" and behind_operand and token.tight:
             kind = "_CALL"
         elif kind == "(|" and following.kind == "NAME" and second.kind == "==":

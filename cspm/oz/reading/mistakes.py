@@ -14,7 +14,7 @@ from cspcheck.cspm.diagnostics import Diagnostic, Label
 from cspcheck.cspm.oz.reading import messages as messages
 from cspcheck.cspm.oz.reading.layout import CLOSERS, Laid
 from cspcheck.cspm.oz.reading.lexer import NAMING, RESERVED, Token
-from cspcheck.cspm.oz.reading.outline import BEHIND, MISPLACED, SECTIONS, TWO_WORDS, UNKNOWN_SECTION, Layout
+from cspcheck.cspm.oz.reading.outline import BEHIND, MISPLACED, SECTIONS, TWO_WORDS, UNKNOWN_SECTION, ParagraphLayout
 from cspcheck.cspm.parsing import class_messages
 from cspcheck.cspm.parsing.driver import Open, accepts, stack_before
 from cspcheck.cspm.parsing.lexer import DECLARATION_KEYWORDS
@@ -61,7 +61,7 @@ _DISTRIBUTED: Final = "a distributed operation is written `[] x : S @ Op`"
 _BRACKET_LINES: Final = "inside brackets lines are not separate; write `and` between conjuncts"
 
 
-class Finding(NamedTuple):
+class ReadingMistake(NamedTuple):
     """A diagnostic, the token at which it shows, and what to pass over: from the token ``start`` to before ``resume``.
 
     ``resume`` None: nothing can be read, or, if ``start`` is not the first token, all that stands behind a complete
@@ -76,7 +76,7 @@ class Finding(NamedTuple):
     line: bool = False
 
 
-def diagnose(table: Table, layout: Layout, index: int) -> Finding:
+def diagnose(table: Table, layout: ParagraphLayout, index: int) -> ReadingMistake:
     """What to say about the terminal at *index*, which the grammar does not admit, or not what it stands for."""
     return _Situation(table, layout, index).finding()
 
@@ -84,7 +84,7 @@ def diagnose(table: Table, layout: Layout, index: int) -> Finding:
 class _Situation:
     """A terminal that does not fit with all that is known about it."""
 
-    def __init__(self, table: Table, layout: Layout, index: int) -> None:
+    def __init__(self, table: Table, layout: ParagraphLayout, index: int) -> None:
         laid = layout.laid
         if index and self._decorated(table, laid, index):
             index -= 1
@@ -185,11 +185,11 @@ class _Situation:
 
     # --- where to go on --------------------------------------------------------------------------------------
 
-    def finding(self) -> Finding:
+    def finding(self) -> ReadingMistake:
         """The diagnostic, and where to go on."""
         kind = self.kinds[self.index]
         if kind == MISPLACED and self.complete:
-            return Finding(self._misplaced(), self.at, self.at, self._next_section(self.at + 1, every=True))
+            return ReadingMistake(self._misplaced(), self.at, self.at, self._next_section(self.at + 1, every=True))
         if self.line >= 0:
             start = self.line
             if self._begins_anew():
@@ -197,15 +197,15 @@ class _Situation:
             declares = self.line in self.laid.declaring
             if declares and self._no_declaration_at(start):
                 resume = self._skip_line(start, start, 0)
-                return Finding(self._no_declaration(start), start, start, resume, line=True)
+                return ReadingMistake(self._no_declaration(start), start, start, resume, line=True)
             diagnostic = self._wrong(start != self.line)
             resume = self._skip_line(start, self.at, len(self.open))
-            return Finding(diagnostic, self.at, start, resume, line=True)
+            return ReadingMistake(diagnostic, self.at, start, resume, line=True)
         diagnostic = self._wrong(False)
         if self.section < 0:
-            return Finding(diagnostic, self.at, self.at if self.complete else 0, None)
+            return ReadingMistake(diagnostic, self.at, self.at if self.complete else 0, None)
         resume = self._skip_line(self.section, self.at, len(self.open))
-        return Finding(diagnostic, self.at, self.section, self._next_section(resume))
+        return ReadingMistake(diagnostic, self.at, self.section, self._next_section(resume))
 
     def _begins_anew(self) -> bool:
         """Whether the line before is complete, and what begins this one goes on with nothing."""

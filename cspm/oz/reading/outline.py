@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from cspcheck.cspm.oz.reading.layout import COMPLETE, Frame, Laid, Lines
+from cspcheck.cspm.oz.reading.layout import COMPLETE, Laid, LineLayout, OpenFrame
 from cspcheck.cspm.oz.reading.lexer import INFIX
 from cspcheck.cspm.oz.reading.operators import RELATION
 from cspcheck.cspm.spelling import suggestions
@@ -29,7 +29,7 @@ stands behind a paragraph.
 _SCHEMAS: Final = ("com", "enable", "effect")
 
 
-class Layout(Lines):
+class ParagraphLayout(LineLayout):
     """Lays out one paragraph."""
 
     def run(self) -> Laid:
@@ -295,7 +295,7 @@ class Layout(Lines):
             if outside and token.kind == "[" and self._last in ("NAME", "]"):
                 renames = self._peek(at + 1).kind == "NAME" and self._peek(at + 2).kind == "/"
                 self._emit("_RENAMING" if renames else "[", at)
-                self._frames.append(Frame("["))
+                self._frames.append(OpenFrame("["))
                 at += 1
                 continue
             if self._begins_line(at, names=outside) and not (outside and token.kind == ","):

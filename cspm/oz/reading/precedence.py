@@ -42,14 +42,14 @@ class Infix(NamedTuple):
     spelling: Spelling
 
 
-class Signed(NamedTuple):
+class PrefixedOperand(NamedTuple):
     """An operand behind prefix operators, each with its place, the innermost first."""
 
     signs: list[tuple[Spelling, Span]]
     operand: z.Term
 
 
-Row = list["z.Term | Signed | Infix"]
+Row = list["z.Term | PrefixedOperand | Infix"]
 """Operands, perhaps signed, with an operator between each two."""
 
 
@@ -69,7 +69,7 @@ class _Pending:
         self.relations = [spelling.name]
 
 
-def tree(row: Sequence[z.Term | Signed | Infix]) -> z.Term:
+def tree(row: Sequence[z.Term | PrefixedOperand | Infix]) -> z.Term:
     """The tree of a row."""
     operands: list[z.Term] = []
     pending: list[_Pending] = []
@@ -98,7 +98,7 @@ def tree(row: Sequence[z.Term | Signed | Infix]) -> z.Term:
             else:
                 tighter = spelling.kind == "relation" or spelling.associativity == "left"
                 pending.append(_Pending(spelling, spelling.precedence + tighter, None))
-        elif isinstance(item, Signed):
+        elif isinstance(item, PrefixedOperand):
             for spelling, span in reversed(item.signs):
                 least = RELATION + 1 if spelling.precedence == RELATION else spelling.precedence
                 pending.append(_Pending(spelling, least, span))

@@ -16,10 +16,10 @@ from typing import Any, Final
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.oz import syntax as z
 from cspcheck.cspm.oz.reading import messages as messages, mistakes
-from cspcheck.cspm.oz.reading.builder import Refused
-from cspcheck.cspm.oz.reading.builder_paragraphs import Builder
+from cspcheck.cspm.oz.reading.builder import RefusedToken
+from cspcheck.cspm.oz.reading.builder_paragraphs import ParagraphBuilder
 from cspcheck.cspm.oz.reading.lexer import Scan, Token, tokens
-from cspcheck.cspm.oz.reading.outline import Layout
+from cspcheck.cspm.oz.reading.outline import ParagraphLayout
 from cspcheck.cspm.parsing import lexing_messages as lexing
 from cspcheck.cspm.parsing.driver import Unexpected, run
 from cspcheck.cspm.parsing.lexer import Tokens, tokenise
@@ -87,13 +87,13 @@ class Reader:
         wrong: list[tuple[float, Diagnostic]] = []
         found = self.found
         while True:
-            layout = Layout(self.source, found, self.column)
+            layout = ParagraphLayout(self.source, found, self.column)
             laid = layout.run()
-            builder = Builder(laid, self.read_equations)
+            builder = ParagraphBuilder(laid, self.read_equations)
             paragraph: Any = None
             try:
                 paragraph = run(table(), "paragraph", laid, builder)
-            except (Unexpected, Refused) as error:
+            except (Unexpected, RefusedToken) as error:
                 finding = mistakes.diagnose(table(), layout, error.index)
                 if found[finding.shows].kind in ("UNREAD", "UNREAD_SECTION"):
                     return paragraph, mistakes.order(wrong)  # it is said already what is wrong there
@@ -124,13 +124,13 @@ class Reader:
 
     def _read_equations(self, span: Span) -> tuple[tuple[s.Declaration, ...], list[Diagnostic]]:
         from cspcheck.cspm.parsing import mistakes as parser_mistakes
-        from cspcheck.cspm.parsing.builder import Tree
+        from cspcheck.cspm.parsing.builder import TreeBuilder
         from cspcheck.cspm.parsing.lexer import DECLARATION_KEYWORDS
 
         found = self.equation_tokens(span)
         if found.errors:
             return (), list(found.errors)
-        tree = Tree(found, lambda path, place: ())
+        tree = TreeBuilder(found, lambda path, place: ())
         try:
             script: Any = run(stored(), "script", found, tree)
         except Unexpected as error:
@@ -153,7 +153,7 @@ class Reader:
         return tokenise(self.source, start=span.start, end=span.end, form="equations")
 
 
-def _passed_over(found: Sequence[Token], finding: mistakes.Finding) -> list[Token]:
+def _passed_over(found: Sequence[Token], finding: mistakes.ReadingMistake) -> list[Token]:
     """The tokens with one in place of what is passed over."""
     start, resume = finding.start, finding.resume
     if resume is None:

@@ -20,16 +20,16 @@ from cspcheck.cspm.oz.typing.lemmas import Lemmas, helpful
 from cspcheck.cspm.oz.typing.objects import Flattened, ObjectClass, Objects
 from cspcheck.cspm.oz.typing.operation_calculus import Box, Surroundings, joined_sets
 from cspcheck.cspm.oz.typing.operations import PREFIXES, Boxes, inherited_operations
-from cspcheck.cspm.oz.typing.paragraphs import Paragraphs, names_of
+from cspcheck.cspm.oz.typing.paragraphs import DeclaredParagraphs, names_of
 from cspcheck.cspm.oz.typing.scopes import (
     ClassEntry,
     ConstructorEntry,
     Definition,
     GenericEntry,
     ObjectEntry,
-    Scope,
     SetEntry,
     StateEntry,
+    TypingScope,
     VariableEntry,
     place_of,
     same_definition,
@@ -50,17 +50,22 @@ class _Built:
     """A class with the scope that its children see."""
 
     model: core.ClassModel
-    scope: Scope
+    scope: TypingScope
     boxes: dict[str, Box]
     objects: dict[str, ObjectEntry]
     types: dict[str, tuple[Definition, str]]
 
 
-class Classes:
+class ClassTable:
     """The classes of a script, each made once for each choice of generic arguments."""
 
     def __init__(
-        self, trees: Sequence[s.Class], typing: Typing, scope: Scope, paragraphs: Paragraphs, report: DiagnosticSink
+        self,
+        trees: Sequence[s.Class],
+        typing: Typing,
+        scope: TypingScope,
+        paragraphs: DeclaredParagraphs,
+        report: DiagnosticSink,
     ) -> None:
         self.trees = {tree.name: tree for tree in trees}
         self.typing = typing
@@ -68,7 +73,7 @@ class Classes:
         self.paragraphs = paragraphs
         self.report = report
         self.lemmas = Lemmas(typing, report)
-        self.parameters = Scope(scope)
+        self.parameters = TypingScope(scope)
         """The given sets that generic parameters stand for, beside all names of the script."""
         self._built: dict[tuple[str, tuple[core.Term, ...]], _Built] = {}
         self._open: list[str] = []
@@ -143,12 +148,12 @@ class _Builder:
     """Puts one class together."""
 
     def __init__(
-        self, classes: Classes, tree: s.Class, arguments: tuple[core.Term, ...], report: DiagnosticSink
+        self, classes: ClassTable, tree: s.Class, arguments: tuple[core.Term, ...], report: DiagnosticSink
     ) -> None:
         self.classes = classes
         self.tree = tree
         self.report = report
-        self.scope = Scope(classes.scope)
+        self.scope = TypingScope(classes.scope)
         self.types: dict[str, tuple[Definition, str]] = {}
         """What abbreviations and types of the class and its parents stand for, and in which class."""
         for i, generic in enumerate(tree.generics):

@@ -12,14 +12,14 @@ from dataclasses import dataclass, replace
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError, Severity
 from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.typing import messages as messages, type_messages
-from cspcheck.cspm.oz.typing.classes import Classes
+from cspcheck.cspm.oz.typing.classes import ClassTable
 from cspcheck.cspm.oz.typing.fitting import Misfit, fit
 from cspcheck.cspm.oz.typing.forms import sets_of_one_range
 from cspcheck.cspm.oz.typing.identities import identities
 from cspcheck.cspm.oz.typing.interfaces import compare_interfaces, settled
 from cspcheck.cspm.oz.typing.lemmas import Lemmas
-from cspcheck.cspm.oz.typing.paragraphs import Paragraphs
-from cspcheck.cspm.oz.typing.scopes import AmbiguousEntry, ClassEntry, Scope, SetEntry, VariableEntry, toolkit
+from cspcheck.cspm.oz.typing.paragraphs import DeclaredParagraphs
+from cspcheck.cspm.oz.typing.scopes import AmbiguousEntry, ClassEntry, SetEntry, TypingScope, VariableEntry, toolkit
 from cspcheck.cspm.oz.typing.typing import Typing
 from cspcheck.cspm.oz.typing.typing_operators import Wrong
 from cspcheck.cspm.oz.writing.printer import print_term
@@ -37,7 +37,7 @@ class Elaborated:
 
     specification: core.Specification
     warnings: tuple[Diagnostic, ...]
-    classes: Classes
+    classes: ClassTable
 
     def instance(self, name: str, arguments: tuple[s.Term, ...]) -> core.ClassModel:
         """A generic class with actual parameters, as the script writes them: ``Stack[DATA]``.
@@ -77,21 +77,21 @@ class _Elaboration:
         self.diagnostics: list[Diagnostic] = []
         self.records: dict[str, core.RecordDefinition] = {}
         self.typing = Typing(self.records)
-        self.scope = Scope(toolkit())
+        self.scope = TypingScope(toolkit())
 
     def report(self, diagnostic: Diagnostic) -> None:
         if diagnostic not in self.diagnostics:
             self.diagnostics.append(diagnostic)
 
     def run(self) -> Elaborated:
-        paragraphs = Paragraphs(self.typing, self.scope, self.records, self.report)
+        paragraphs = DeclaredParagraphs(self.typing, self.scope, self.records, self.report)
         trees = [d for d in self.declarations if isinstance(d, s.Class)]
         for tree in trees:
             paragraphs.claim(tree.name, tree.span)
             self.scope.add(tree.name, ClassEntry(tree.name, tree.span, identities(tree, {t.name: t for t in trees})))
         paragraphs.script_values(self.declarations)
         paragraphs.elaborate([d for d in self.declarations if isinstance(d, s.Paragraph)])
-        classes = Classes(trees, self.typing, self.scope, paragraphs, self.report)
+        classes = ClassTable(trees, self.typing, self.scope, paragraphs, self.report)
         models = classes.all()
         paragraphs.givens.update(self.typing.identified)
         outside = [d for d in self.declarations if not isinstance(d, s.Paragraph)]
@@ -141,7 +141,7 @@ class _Elaboration:
                 self.report(messages.unknown_class(name.name, name.span, suggestions(name.name, models)))
                 return None
             sides.append(models[name.name])
-        scope = Scope(self.scope)
+        scope = TypingScope(self.scope)
         choices: dict[str, list[VariableEntry]] = {}
         for model in sides:
             variables = [(v, "before") for v in (*model.primary, *model.secondary)]

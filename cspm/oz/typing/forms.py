@@ -10,7 +10,7 @@ from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.core import INT, Apply, Binder, Constant, SetType, Term, Variable
 from cspcheck.cspm.oz.typing import type_messages as messages
 from cspcheck.cspm.oz.typing.fitting import unknown_in
-from cspcheck.cspm.oz.typing.scopes import ConstructorEntry, Scope
+from cspcheck.cspm.oz.typing.scopes import ConstructorEntry, TypingScope
 from cspcheck.cspm.oz.typing.typing_operators import Wrong
 from cspcheck.cspm.syntax.tree import Node
 
@@ -98,7 +98,7 @@ def interval(binders: tuple[Binder, ...], condition: Term, body: Term) -> Term |
     return Apply(type=SetType(INT), operator="range", operands=ends)
 
 
-def constructor(node: s.Term, scope: Scope) -> ConstructorEntry | None:
+def constructor(node: s.Term, scope: TypingScope) -> ConstructorEntry | None:
     """The constructor that a name stands for; None for anything else."""
     while isinstance(node, s.Grouped):
         node = node.inner

@@ -8,7 +8,7 @@ from graphlib import CycleError, TopologicalSorter
 from cspcheck.cspm.diagnostics import DiagnosticSink
 from cspcheck.cspm.oz import core, laws, syntax as s
 from cspcheck.cspm.oz.typing import messages, type_messages
-from cspcheck.cspm.oz.typing.scopes import PredicatePlace, Scope, SetEntry, whole
+from cspcheck.cspm.oz.typing.scopes import PredicatePlace, SetEntry, TypingScope, whole
 from cspcheck.cspm.oz.typing.typing import Typing
 from cspcheck.cspm.oz.typing.typing_operators import Wrong
 from cspcheck.cspm.source import Span
@@ -29,7 +29,9 @@ class Lemmas:
         self._wrong: set[str] = set()
         self.givens: dict[str, Span] = {}
 
-    def declared(self, paragraphs: Iterable[s.Paragraph], scope: Scope, place: PredicatePlace) -> dict[str, core.Lemma]:
+    def declared(
+        self, paragraphs: Iterable[s.Paragraph], scope: TypingScope, place: PredicatePlace
+    ) -> dict[str, core.Lemma]:
         """The lemmas among paragraphs, by name; mistakes are reported."""
         found: dict[str, core.Lemma] = {}
         for tree in paragraphs:
@@ -45,8 +47,8 @@ class Lemmas:
                 self._report(wrong.diagnostic)
         return found
 
-    def _lemma(self, tree: s.Lemma, scope: Scope, place: PredicatePlace) -> core.Lemma:
-        inner = Scope(scope)
+    def _lemma(self, tree: s.Lemma, scope: TypingScope, place: PredicatePlace) -> core.Lemma:
+        inner = TypingScope(scope)
         givens = []
         for generic in tree.generics:
             given = core.GivenType(f"{tree.name}.{generic.name}")

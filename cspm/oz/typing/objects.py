@@ -21,7 +21,7 @@ from cspcheck.cspm.oz.core import BOOL, Apply, Declared, FunctionType, SetType, 
 from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
 from cspcheck.cspm.oz.typing.operation_calculus import Box, Calculus, Place, changed, closed
 from cspcheck.cspm.oz.typing.schemas import maximal
-from cspcheck.cspm.oz.typing.scopes import ClassEntry, FailedEntry, ObjectEntry, Scope
+from cspcheck.cspm.oz.typing.scopes import ClassEntry, FailedEntry, ObjectEntry, TypingScope
 from cspcheck.cspm.oz.typing.typing import Typing
 from cspcheck.cspm.oz.typing.typing_operators import Wrong, element_of
 from cspcheck.cspm.oz.values.substitution import substituted
@@ -76,7 +76,7 @@ class Objects:
     def __init__(
         self,
         typing: Typing,
-        scope: Scope,
+        scope: TypingScope,
         owner: str,
         made: Callable[[s.Reference], ObjectClass],
         values: frozenset[str],

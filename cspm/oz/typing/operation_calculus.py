@@ -15,7 +15,7 @@ from typing import Final, Literal
 from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.core import BOOL, Apply, Constant, Term, Variable
 from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
-from cspcheck.cspm.oz.typing.scopes import ParameterEntry, Scope
+from cspcheck.cspm.oz.typing.scopes import ParameterEntry, TypingScope
 from cspcheck.cspm.oz.typing.typing import Typing
 from cspcheck.cspm.oz.typing.typing_operators import Wrong
 from cspcheck.cspm.oz.values.substitution import renamed_variables, substituted
@@ -93,8 +93,8 @@ class Calculus:
         typing: Typing,
         around: Surroundings,
         named: Callable[[s.Reference], Box],
-        boxed: Callable[[s.OperationText, Scope], Box],
-        promoted: Callable[[s.Selection, Scope], Box],
+        boxed: Callable[[s.OperationText, TypingScope], Box],
+        promoted: Callable[[s.Selection, TypingScope], Box],
     ) -> None:
         self._typing = typing
         self._around = around
@@ -103,7 +103,7 @@ class Calculus:
         self._promoted = promoted
         self._fresh = count(1)
 
-    def box(self, body: s.Term, scope: Scope) -> Box:
+    def box(self, body: s.Term, scope: TypingScope) -> Box:
         """The schema that an expression stands for.
 
         Raises:
@@ -126,7 +126,7 @@ class Calculus:
                 return self._hidden(self.box(operand, scope), hidden)
             case s.Operator(name="enrich", operands=(first, second)):
                 left = self.box(first, scope)
-                inner = Scope(scope)
+                inner = TypingScope(scope)
                 for p in left.parameters:
                     inner.add(p.name, ParameterEntry(p.name, p.kind, p.type, p.span))
                 return self.joined("and", left, self.box(second, inner), body.span)
@@ -323,7 +323,7 @@ class Calculus:
 
     # --- distributed operations -------------------------------------------------------------------------------
 
-    def _distributed(self, node: s.Distributed, scope: Scope) -> Box:
+    def _distributed(self, node: s.Distributed, scope: TypingScope) -> Box:
         if node.kind in ("compose", "parallel"):
             return self._unfolded(node, scope)
         binders, inner = self._typing.binders(node.declarations, scope, "effect")
@@ -391,7 +391,7 @@ class Calculus:
             span=span,
         )
 
-    def _unfolded(self, node: s.Distributed, scope: Scope) -> Box:
+    def _unfolded(self, node: s.Distributed, scope: TypingScope) -> Box:
         """One operand after the other, for elements that are written out: how many there are must be known."""
         (declaration,) = node.declarations if len(node.declarations) == 1 else (None,)
         elements = _displayed(declaration.carrier) if declaration is not None and len(declaration.names) == 1 else None

@@ -15,7 +15,7 @@ from cspcheck.cspm.oz.core import Apply, Term, Variable
 from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
 from cspcheck.cspm.oz.typing.objects import promoted
 from cspcheck.cspm.oz.typing.operation_calculus import KINDS, SIGNS, Box, Calculus, Surroundings, closed, declared_in
-from cspcheck.cspm.oz.typing.scopes import FailedEntry, ObjectEntry, ParameterEntry, Scope, StateEntry, mentioned
+from cspcheck.cspm.oz.typing.scopes import FailedEntry, ObjectEntry, ParameterEntry, StateEntry, TypingScope, mentioned
 from cspcheck.cspm.oz.typing.typing import Typing
 from cspcheck.cspm.oz.typing.typing_operators import Wrong
 from cspcheck.cspm.oz.values.terms import free_variables, shape
@@ -45,7 +45,7 @@ class Boxes:
         tree: s.Class,
         channels: Mapping[str, core.Channel],
         typing: Typing,
-        scope: Scope,
+        scope: TypingScope,
         around: Surroundings,
         inherited: Mapping[str, Box],
         report: DiagnosticSink,
@@ -257,22 +257,22 @@ class Boxes:
         names = [*[operation.name for operation in self.tree.operations], *self._inherited]
         raise Wrong(messages.unknown_operation(reference.name, reference.span, suggestions(reference.name, names)))
 
-    def _in_brackets(self, text: s.OperationText, scope: Scope) -> Box:
+    def _in_brackets(self, text: s.OperationText, scope: TypingScope) -> Box:
         schema = s.OperationSchema(
             span=text.span, name="", delta=text.delta, declarations=text.declarations, predicates=text.predicates
         )
         return self._box(schema, "effect", scope)
 
-    def _promoted(self, selection: s.Selection, scope: Scope) -> Box:
+    def _promoted(self, selection: s.Selection, scope: TypingScope) -> Box:
         found = self._typing.object(selection.record, scope, "effect")
         found = found or self._typing.object_value(selection.record, scope, "effect")
         if found is None:
             raise Wrong(messages.promotion(selection.span))
         return promoted(*found, selection.field, self._calculus, selection.span)
 
-    def _box(self, schema: s.OperationSchema, place: str, scope: Scope) -> Box:
+    def _box(self, schema: s.OperationSchema, place: str, scope: TypingScope) -> Box:
         delta = self._delta(schema)
-        inner = Scope(scope)
+        inner = TypingScope(scope)
         parameters = []
         seen: dict[str, Span] = {}
         included: list[s.Term] = []
@@ -316,7 +316,7 @@ class Boxes:
         declared = tuple([declared_in(parameter) for parameter in parameters])
         return Box(schema.name, delta, tuple(parameters), declared, tuple(predicates), schema.span)
 
-    def _included(self, node: s.Term, scope: Scope, inner: Scope, parameters: list[core.Parameter]) -> Term:
+    def _included(self, node: s.Term, scope: TypingScope, inner: TypingScope, parameters: list[core.Parameter]) -> Term:
         """What an included schema says; components that are no state variables are parameters of the operation."""
         schema = self._typing.schemas.needed(node, scope)
         for field in schema.fields:
@@ -349,7 +349,7 @@ class Boxes:
             self._report(messages.wrong_in_delta(name.name, name.span, secondary=secondary, suggested=near))
         return tuple(dict.fromkeys(found))
 
-    def _discipline(self, schema: s.OperationSchema, delta: tuple[str, ...], scope: Scope) -> None:
+    def _discipline(self, schema: s.OperationSchema, delta: tuple[str, ...], scope: TypingScope) -> None:
         """What primes and the Delta-list say of each other."""
         primed: dict[str, Span] = {}
         for reference in mentioned(schema.predicates):

@@ -10,13 +10,13 @@ from cspcheck.cspm.diagnostics import DiagnosticSink
 from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.core import INT, Apply, Constant, Declared, SetType
 from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
-from cspcheck.cspm.oz.typing.schemas import Schema as Components
+from cspcheck.cspm.oz.typing.schemas import TypedSchema as Components
 from cspcheck.cspm.oz.typing.scopes import (
     ConstructorEntry,
     FailedEntry,
     GenericEntry,
-    Scope,
     SetEntry,
+    TypingScope,
     VariableEntry,
     mentioned,
     whole,
@@ -28,7 +28,7 @@ from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
 
 
-class Paragraphs:
+class DeclaredParagraphs:
     """What paragraphs have declared so far.
 
     Attributes:
@@ -36,7 +36,7 @@ class Paragraphs:
     """
 
     def __init__(
-        self, typing: Typing, scope: Scope, records: dict[str, core.RecordDefinition], report: DiagnosticSink
+        self, typing: Typing, scope: TypingScope, records: dict[str, core.RecordDefinition], report: DiagnosticSink
     ) -> None:
         self.typing = typing
         self.scope = scope
@@ -48,9 +48,9 @@ class Paragraphs:
         self.axioms: list[core.Term] = []
         self._claimed: dict[str, Span] = {}
 
-    def inside(self, scope: Scope) -> Paragraphs:
+    def inside(self, scope: TypingScope) -> DeclaredParagraphs:
         """A collection for the paragraphs of a class; its types belong to the specification, its constants do not."""
-        inner = Paragraphs(self.typing, scope, self.records, self.report)
+        inner = DeclaredParagraphs(self.typing, scope, self.records, self.report)
         inner.givens, inner.frees = self.givens, self.frees
         return inner
 
@@ -206,7 +206,7 @@ class Paragraphs:
     # --- parts ------------------------------------------------------------------------------------------------
 
     def declared(
-        self, declarations: Sequence[s.Declare], scope: Scope, *, decorated: bool = False
+        self, declarations: Sequence[s.Declare], scope: TypingScope, *, decorated: bool = False
     ) -> Iterator[Declared]:
         """The names of declarations with types and carriers; wrong ones are reported and left out.
 
@@ -233,7 +233,7 @@ class Paragraphs:
                     self.report(type_messages.declared_twice(name_, first.span, field.span))
                 own |= {name_} if declaration.names else set()
 
-    def included(self, declarations: Sequence[s.Declare], scope: Scope) -> Iterator[core.Term]:
+    def included(self, declarations: Sequence[s.Declare], scope: TypingScope) -> Iterator[core.Term]:
         """What included schemas say, of bound variables with the names of their components."""
         if all(declaration.names for declaration in declarations):
             return
@@ -242,7 +242,7 @@ class Paragraphs:
         except Wrong as wrong:
             self.report(wrong.diagnostic)
 
-    def predicates(self, trees: Sequence[s.Term], scope: Scope, place: str) -> tuple[core.Term, ...]:
+    def predicates(self, trees: Sequence[s.Term], scope: TypingScope, place: str) -> tuple[core.Term, ...]:
         """The predicates that could be made sense of; mistakes in the others are reported."""
         found = []
         for tree in trees:

@@ -16,7 +16,7 @@ from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.core import BOOL, Apply, Declared, RecordType, SetType, Term, Variable
 from cspcheck.cspm.oz.typing import type_messages as messages
 from cspcheck.cspm.oz.typing.fitting import Misfit, fit
-from cspcheck.cspm.oz.typing.scopes import PredicatePlace, Scope, SetEntry, VariableEntry
+from cspcheck.cspm.oz.typing.scopes import PredicatePlace, SetEntry, TypingScope, VariableEntry
 from cspcheck.cspm.oz.typing.typing_operators import Wrong
 from cspcheck.cspm.oz.values.substitution import substituted
 from cspcheck.cspm.oz.values.terms import shape
@@ -33,7 +33,7 @@ _TRUE: Final = core.Constant(type=BOOL, value=True)
 
 
 @dataclass(frozen=True)
-class Schema:
+class TypedSchema:
     """Components by their decorated names, and predicates that speak of them as bound variables of those names."""
 
     fields: tuple[Declared, ...]
@@ -56,7 +56,7 @@ class Schemas:
 
     # --- expressions ------------------------------------------------------------------------------------------
 
-    def value(self, node: s.Term, scope: Scope) -> Schema | None:
+    def value(self, node: s.Term, scope: TypingScope) -> TypedSchema | None:
         """The schema that an expression stands for; None if it stands for something else.
 
         Raises:
@@ -91,16 +91,16 @@ class Schemas:
                 return self._joined(name, left, right, node.span, scope)
         return None
 
-    def text(self, declarations: Sequence[s.Declare], predicates: Sequence[s.Term], scope: Scope) -> Schema:
+    def text(self, declarations: Sequence[s.Declare], predicates: Sequence[s.Term], scope: TypingScope) -> TypedSchema:
         """The schema of declarations and predicates; a declaration without names includes a schema."""
         found = self.declared(declarations, scope)
         inner = self.inside(found, scope)
         own = tuple([self._typing.predicate(p, inner, "record") for p in predicates])
         return replace(found, predicates=(*found.predicates, *own))
 
-    def declared(self, declarations: Sequence[s.Declare], scope: Scope) -> Schema:
+    def declared(self, declarations: Sequence[s.Declare], scope: TypingScope) -> TypedSchema:
         """The schema of declarations alone."""
-        found = Schema(())
+        found = TypedSchema(())
         for declaration in declarations:
             if not declaration.names:
                 found = _merged(found, self.needed(declaration.carrier, scope), declaration.span)
@@ -112,10 +112,10 @@ class Schemas:
                 for n in declaration.names
             ]
             for field in fields:
-                found = _merged(found, Schema((field,)), field.span)
+                found = _merged(found, TypedSchema((field,)), field.span)
         return found
 
-    def needed(self, node: s.Term, scope: Scope) -> Schema:
+    def needed(self, node: s.Term, scope: TypingScope) -> TypedSchema:
         """The schema that an expression stands for.
 
         Raises:
@@ -130,14 +130,14 @@ class Schemas:
             raise Wrong(messages.no_schema(str(self._typing.expression(node, scope, "axiom").type), node.span))
         return found
 
-    def inside(self, schema: Schema, scope: Scope) -> Scope:
+    def inside(self, schema: TypedSchema, scope: TypingScope) -> TypingScope:
         """The scope in which the components of a schema have their names."""
-        inner = Scope(scope)
+        inner = TypingScope(scope)
         for field in schema.fields:
             inner.add(field.name, VariableEntry(_variable(field), field.span))
         return inner
 
-    def _reference(self, node: s.Reference, scope: Scope) -> Schema | None:
+    def _reference(self, node: s.Reference, scope: TypingScope) -> TypedSchema | None:
         plain = replace(node, decoration="")
         if node.arguments:
             term: Term | None = self._typing.instance(plain, scope)
@@ -148,10 +148,10 @@ class Schemas:
             return None
         assert isinstance(term.type.element, RecordType)
         record = self._records[term.type.element.name]
-        found = Schema(record.fields, record.predicates)
+        found = TypedSchema(record.fields, record.predicates)
         return found if not node.decoration else _decorated(found, node.decoration)
 
-    def _prefixed(self, word: str, inner: Schema, span: Span) -> Schema:
+    def _prefixed(self, word: str, inner: TypedSchema, span: Span) -> TypedSchema:
         if word == "pre":
             gone = [f for f in inner.fields if f.name.endswith(("'", "!"))]
             return self._exists(inner, gone, span)
@@ -165,7 +165,7 @@ class Schemas:
         ]
         return replace(both, predicates=(*both.predicates, *same))
 
-    def _joined(self, name: str, left: s.Term, right: s.Term, span: Span, scope: Scope) -> Schema | None:
+    def _joined(self, name: str, left: s.Term, right: s.Term, span: Span, scope: TypingScope) -> TypedSchema | None:
         first = self.value(left, scope)
         if first is None:
             return None
@@ -176,7 +176,7 @@ class Schemas:
             return _logical(name, [first, second], span)
         return self._through(first, second, ("'", "") if name == "compose" else ("!", "?"), span)
 
-    def _through(self, first: Schema, second: Schema, ends: tuple[str, str], span: Span) -> Schema:
+    def _through(self, first: TypedSchema, second: TypedSchema, ends: tuple[str, str], span: Span) -> TypedSchema:
         """Two schemas, the ends of the first being the beginnings of the second: composition and piping."""
         there = {f.name for f in second.fields}
         joint = [
@@ -190,7 +190,7 @@ class Schemas:
         both = _merged(first, second, span)
         return self._exists(both, [f for f in both.fields if f.name in between.values()], span)
 
-    def _renamed(self, inner: Schema, renamings: Iterable[tuple[s.Declared, s.Declared]]) -> Schema:
+    def _renamed(self, inner: TypedSchema, renamings: Iterable[tuple[s.Declared, s.Declared]]) -> TypedSchema:
         names = {old.name + old.decoration: new.name + new.decoration for new, old in renamings}
         known = {field.name for field in inner.fields}
         for _, old in renamings:
@@ -199,7 +199,7 @@ class Schemas:
                 raise Wrong(messages.no_component(written, old.span, suggestions(written, known)))
         return _renamed_fields(inner, names)
 
-    def _hidden(self, inner: Schema, hidden: s.Term) -> Schema:
+    def _hidden(self, inner: TypedSchema, hidden: s.Term) -> TypedSchema:
         while isinstance(hidden, s.Grouped):
             hidden = hidden.inner
         items = hidden.items if isinstance(hidden, s.Display) else (hidden,)
@@ -212,13 +212,13 @@ class Schemas:
             gone.append(fields[written])
         return self._exists(inner, gone, hidden.span)
 
-    def _projected(self, inner: Schema, onto: Schema, span: Span) -> Schema:
+    def _projected(self, inner: TypedSchema, onto: TypedSchema, span: Span) -> TypedSchema:
         """Both schemas, with the components hidden that the second one has not."""
         kept = {field.name for field in onto.fields}
         both = _merged(inner, onto, span)
         return self._exists(both, [field for field in both.fields if field.name not in kept], span)
 
-    def _exists(self, inner: Schema, gone: Sequence[Declared], span: Span) -> Schema:
+    def _exists(self, inner: TypedSchema, gone: Sequence[Declared], span: Span) -> TypedSchema:
         if not gone:
             return inner
         binders, table = self._binders(gone)
@@ -227,12 +227,12 @@ class Schemas:
         exists = core.Quantifier(
             type=BOOL, kind="exists", binders=binders, condition=_TRUE, body=substituted(body, table), span=span
         )
-        return Schema(left, (exists,))
+        return TypedSchema(left, (exists,))
 
-    def _quantified_body(self, node: s.Quantified, scope: Scope) -> Schema | None:
+    def _quantified_body(self, node: s.Quantified, scope: TypingScope) -> TypedSchema | None:
         return self.value(node.body, scope)
 
-    def _quantified(self, node: s.Quantified, inner: Schema, scope: Scope) -> Schema:
+    def _quantified(self, node: s.Quantified, inner: TypedSchema, scope: TypingScope) -> TypedSchema:
         conditions = () if node.condition is None else (node.condition,)
         bound = self.text(node.declarations, conditions, scope)
         names = {field.name for field in bound.fields}
@@ -246,7 +246,7 @@ class Schemas:
             body=substituted(core.conjunction((*members, *inner.predicates), node.span), table),
             span=node.span,
         )
-        return Schema(tuple([f for f in inner.fields if f.name not in names]), (quantifier,))
+        return TypedSchema(tuple([f for f in inner.fields if f.name not in names]), (quantifier,))
 
     def _binders(self, fields: Sequence[Declared]) -> tuple[tuple[core.Binder, ...], Callable[[Variable], Term | None]]:
         """Bound variables for components, and the replacement of these by those."""
@@ -261,16 +261,16 @@ class Schemas:
 
     # --- what schemas are used for ----------------------------------------------------------------------------
 
-    def binders(self, schema: Schema, scope: Scope) -> tuple[tuple[core.Binder, ...], Scope, Term]:
+    def binders(self, schema: TypedSchema, scope: TypingScope) -> tuple[tuple[core.Binder, ...], TypingScope, Term]:
         """A schema as the declaration of a quantifier: bound variables, the scope inside, and its predicate."""
         binders, table = self._binders(schema.fields)
-        inner = Scope(scope)
+        inner = TypingScope(scope)
         for field, binder in zip(schema.fields, binders, strict=True):
             variable = Variable(type=binder.type, name=binder.name, role="bound", span=field.span)
             inner.add(field.name, VariableEntry(variable, field.span))
         return binders, inner, substituted(core.conjunction(schema.predicates), table)
 
-    def named(self, name: str, schema: Schema, span: Span, initial: tuple[Term, ...] | None = None) -> Term:
+    def named(self, name: str, schema: TypedSchema, span: Span, initial: tuple[Term, ...] | None = None) -> Term:
         """The set of the bindings of a schema, which is known by a name from now on."""
         kind = RecordType(name, tuple([(field.name, field.type) for field in schema.fields]))
         known = self._records.get(name)
@@ -280,7 +280,7 @@ class Schemas:
             )
         return Apply(type=SetType(kind), operator="Records")
 
-    def predicate(self, schema: Schema, scope: Scope, place: PredicatePlace, span: Span) -> Term:
+    def predicate(self, schema: TypedSchema, scope: TypingScope, place: PredicatePlace, span: Span) -> Term:
         """A schema as a predicate: it holds of the variables that have the names of its components.
 
         Raises:
@@ -296,7 +296,7 @@ class Schemas:
         own = [substituted(p, _by_name(values)) for p in schema.predicates]
         return core.conjunction((*members, *own), span)
 
-    def binding(self, node: s.Term, scope: Scope, place: PredicatePlace, span: Span) -> Term:
+    def binding(self, node: s.Term, scope: TypingScope, place: PredicatePlace, span: Span) -> Term:
         """``theta S``: the record of the variables that are called as the components of S; of ``S'``, primed ones."""
         decoration = ""
         if isinstance(node, s.Reference) and node.decoration:
@@ -309,7 +309,7 @@ class Schemas:
             type=term.type.element, values=tuple([values[f.name + decoration] for f in schema.fields]), span=span
         )
 
-    def _values(self, schema: Schema, scope: Scope, place: PredicatePlace, span: Span) -> dict[str, Term]:
+    def _values(self, schema: TypedSchema, scope: TypingScope, place: PredicatePlace, span: Span) -> dict[str, Term]:
         values = {}
         for field in schema.fields:
             base = field.name.rstrip("'?!")
@@ -327,7 +327,7 @@ def _base(name: str) -> str:
     return name[:-1] if name.endswith(("'", "?", "!")) else name
 
 
-def _is_prefixed(node: s.Application, scope: Scope) -> bool:
+def _is_prefixed(node: s.Application, scope: TypingScope) -> bool:
     """Whether this is ``Delta S``, ``Xi S`` or ``pre S``."""
     function = node.function
     while isinstance(function, s.Grouped):
@@ -347,7 +347,7 @@ def _by_name(table: Mapping[str, Term]) -> Callable[[Variable], Term | None]:
     return lambda v: table.get(v.name) if v.role == "bound" else None
 
 
-def _merged(first: Schema, second: Schema, span: Span) -> Schema:
+def _merged(first: TypedSchema, second: TypedSchema, span: Span) -> TypedSchema:
     """Both schemas; what both declare lies in both sets."""
     fields = {field.name: field for field in first.fields}
     more: list[Term] = []
@@ -358,25 +358,25 @@ def _merged(first: Schema, second: Schema, span: Span) -> Schema:
         if shape(known.carrier) != shape(field.carrier):
             more.append(_member(field))
     own = [p for p in second.predicates if p not in first.predicates]
-    return Schema(tuple(fields.values()), (*first.predicates, *more, *own))
+    return TypedSchema(tuple(fields.values()), (*first.predicates, *more, *own))
 
 
-def _renamed_fields(inner: Schema, names: Mapping[str, str]) -> Schema:
+def _renamed_fields(inner: TypedSchema, names: Mapping[str, str]) -> TypedSchema:
     """A schema with other names for its components; components that get the same name are the same."""
     fields = [replace(field, name=names.get(field.name, field.name)) for field in inner.fields]
     table = {old.name: _variable(new) for old, new in zip(inner.fields, fields, strict=True) if old.name != new.name}
     predicates = tuple([substituted(p, _by_name(table)) for p in inner.predicates])
-    found = Schema(())
+    found = TypedSchema(())
     for field in fields:
-        found = _merged(found, Schema((field,)), field.span)
+        found = _merged(found, TypedSchema((field,)), field.span)
     return replace(found, predicates=(*found.predicates, *predicates))
 
 
-def _decorated(inner: Schema, decoration: str) -> Schema:
+def _decorated(inner: TypedSchema, decoration: str) -> TypedSchema:
     return _renamed_fields(inner, {field.name: field.name + decoration for field in inner.fields})
 
 
-def _logical(name: str, operands: Sequence[Schema], span: Span) -> Schema:
+def _logical(name: str, operands: Sequence[TypedSchema], span: Span) -> TypedSchema:
     """A connective between schemas: their components range over whole types, what they say is joined."""
     fields: dict[str, Declared] = {}
     for operand in operands:
@@ -397,7 +397,7 @@ def _logical(name: str, operands: Sequence[Schema], span: Span) -> Schema:
         ]
     )
     wide = [f if f.name in shared else replace(f, carrier=maximal(f.type)) for f in fields.values()]
-    return Schema(tuple(wide), (Apply(type=BOOL, operator=name, operands=said, span=span),))
+    return TypedSchema(tuple(wide), (Apply(type=BOOL, operator=name, operands=said, span=span),))
 
 
 def maximal(type_: core.Type) -> Term:

@@ -58,7 +58,7 @@ class GenericEntry:
     """An abbreviation with generic parameters, to be instantiated where it is used."""
 
     abbreviation: s.Abbreviation
-    scope: Scope
+    scope: TypingScope
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,10 +139,10 @@ Definition: TypeAlias = SetEntry | GenericEntry | ConstructorEntry
 """What types, abbreviations and schemas are."""
 
 
-class Scope:
+class TypingScope:
     """Names and what they mean, with the scope around. ``x``, ``x?`` and ``x!`` are different variables."""
 
-    def __init__(self, outer: Scope | None = None) -> None:
+    def __init__(self, outer: TypingScope | None = None) -> None:
         self.outer = outer
         self._entries: dict[str, Entry] = {}
         self._parameters: dict[tuple[str, core.ParameterKind], ParameterEntry] = {}
@@ -156,7 +156,7 @@ class Scope:
 
     def find(self, name: str) -> Entry | None:
         """What the undecorated *name* means."""
-        scope: Scope | None = self
+        scope: TypingScope | None = self
         while scope is not None:
             entry = scope._entries.get(name)
             if entry is not None:
@@ -167,7 +167,7 @@ class Scope:
     def parameter(self, name: str, kind: core.ParameterKind | None = None) -> ParameterEntry | None:
         """The input or output called *name*; where there are both, the one of *kind*."""
         wanted: tuple[core.ParameterKind, ...] = ("input", "output") if kind is None else (kind,)
-        scope: Scope | None = self
+        scope: TypingScope | None = self
         while scope is not None:
             for each in wanted:
                 entry = scope._parameters.get((name, each))
@@ -182,14 +182,14 @@ class Scope:
 
     def names(self) -> Iterator[str]:
         """All undecorated names that mean something."""
-        scope: Scope | None = self
+        scope: TypingScope | None = self
         while scope is not None:
             yield from scope._entries
             scope = scope.outer
 
     def parameters(self) -> Iterator[str]:
         """The inputs and outputs in scope, with their decorations."""
-        scope: Scope | None = self
+        scope: TypingScope | None = self
         while scope is not None:
             for name, kind in scope._parameters:
                 yield name + ("?" if kind == "input" else "!")
@@ -206,9 +206,9 @@ NUMBER_SETS: Final[Mapping[str, core.Term]] = {
 }
 
 
-def toolkit() -> Scope:
+def toolkit() -> TypingScope:
     """The outermost scope: the sets of numbers and truth values."""
-    scope = Scope()
+    scope = TypingScope()
     for name, term in NUMBER_SETS.items():
         scope.add(name, SetEntry(term, None))
     return scope

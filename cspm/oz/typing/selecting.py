@@ -11,7 +11,7 @@ from cspcheck.cspm.oz.typing import type_messages as messages
 from cspcheck.cspm.oz.typing.everyday import component
 from cspcheck.cspm.oz.typing.fitting import Misfit, fit
 from cspcheck.cspm.oz.typing.identities import POOL, pool_of
-from cspcheck.cspm.oz.typing.scopes import ClassEntry, ObjectEntry, Scope, VariableEntry
+from cspcheck.cspm.oz.typing.scopes import ClassEntry, ObjectEntry, TypingScope, VariableEntry
 from cspcheck.cspm.oz.typing.typing_operators import Wrong
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.spelling import suggestions
@@ -60,7 +60,7 @@ def made_record(given: Mapping[str, Term], records: Mapping[str, core.RecordDefi
     raise Wrong(messages.no_such_record(list(given), [r.name for r in records.values()], span))
 
 
-def qualified(node: s.Selection, scope: Scope) -> Term | None:
+def qualified(node: s.Selection, scope: TypingScope) -> Term | None:
     """``A.items`` in a retrieve relation: a state variable of the class A."""
     record = node.record
     if not isinstance(record, s.Reference) or not isinstance(scope.find(record.name), ClassEntry):
@@ -69,20 +69,20 @@ def qualified(node: s.Selection, scope: Scope) -> Term | None:
     return replace(entry.term, span=node.span) if isinstance(entry, VariableEntry) else None
 
 
-def pool_in(scope: Scope, type_: Type) -> ObjectEntry | None:
+def pool_in(scope: TypingScope, type_: Type) -> ObjectEntry | None:
     """The objects that values of a type are identities of, if the class has them."""
     name = pool_of(type_)
     entry = None if name is None else scope.find(name)
     return entry if isinstance(entry, ObjectEntry) else None
 
 
-def has_objects(scope: Scope, field: str) -> bool:
+def has_objects(scope: TypingScope, field: str) -> bool:
     """Whether objects that are values have objects called *field* themselves."""
     pools = [name[len(POOL) :] for name in scope.names() if name.startswith(POOL)]
     return any(isinstance(scope.find(f"{pool}.{field}"), ObjectEntry) for pool in pools)
 
 
-def names_apart(node: s.Chain, scope: Scope) -> Term | None:
+def names_apart(node: s.Chain, scope: TypingScope) -> Term | None:
     """``a = b``, ``a != b`` for attributes that are objects for ever: two names are two objects.
 
     None for other chains.

@@ -52,9 +52,9 @@ from cspcheck.cspm.oz.typing.scopes import (
     ObjectEntry,
     ParameterEntry,
     PredicatePlace,
-    Scope,
     SetEntry,
     StateEntry,
+    TypingScope,
     VariableEntry,
     named,
 )
@@ -97,7 +97,7 @@ class Typing:
 
     # --- what is asked for ------------------------------------------------------------------------------------
 
-    def predicate(self, node: s.Term, scope: Scope, place: PredicatePlace) -> Term:
+    def predicate(self, node: s.Term, scope: TypingScope, place: PredicatePlace) -> Term:
         """A predicate, with nothing about its types left open.
 
         Raises:
@@ -105,7 +105,7 @@ class Typing:
         """
         return settled(self._predicate(node, scope, place))
 
-    def expression(self, node: s.Term, scope: Scope, place: PredicatePlace) -> Term:
+    def expression(self, node: s.Term, scope: TypingScope, place: PredicatePlace) -> Term:
         """An expression, whatever its type.
 
         Raises:
@@ -113,7 +113,7 @@ class Typing:
         """
         return settled(self._term(node, scope, place))
 
-    def carrier(self, node: s.Term, scope: Scope) -> Term:
+    def carrier(self, node: s.Term, scope: TypingScope) -> Term:
         """A set of values that a declaration names.
 
         Raises:
@@ -123,14 +123,14 @@ class Typing:
         return settled(term)
 
     def binders(
-        self, declarations: Sequence[s.Declare], scope: Scope, place: PredicatePlace
-    ) -> tuple[tuple[Binder, ...], Scope]:
+        self, declarations: Sequence[s.Declare], scope: TypingScope, place: PredicatePlace
+    ) -> tuple[tuple[Binder, ...], TypingScope]:
         """The bound variables that declarations introduce, and the scope inside.
 
         Raises:
             Wrong: a carrier is no set, or a name is declared twice.
         """
-        inner = Scope(scope)
+        inner = TypingScope(scope)
         found: list[Binder] = []
         for declaration in declarations:
             if not declaration.names:
@@ -146,13 +146,13 @@ class Typing:
                 inner.add(name.name, VariableEntry(variable, name.span))
         return tuple(found), inner
 
-    def local(self, scope: Scope, name: s.Declared, value: s.Term, place: PredicatePlace) -> Scope:
+    def local(self, scope: TypingScope, name: s.Declared, value: s.Term, place: PredicatePlace) -> TypingScope:
         """The scope in which a name stands for a value.
 
         Raises:
             Wrong: something in the value is wrong.
         """
-        inner = Scope(scope)
+        inner = TypingScope(scope)
         inner.add(name.name, VariableEntry(self._term(value, scope, place), name.span))
         return inner
 
@@ -161,7 +161,7 @@ class Typing:
 
     # --- predicates -------------------------------------------------------------------------------------------
 
-    def _predicate(self, node: s.Term, scope: Scope, place: PredicatePlace) -> Term:
+    def _predicate(self, node: s.Term, scope: TypingScope, place: PredicatePlace) -> Term:
         term = self._term(node, scope, place)
         if is_schema(term):
             return self.schemas.predicate(self.schemas.needed(node, scope), scope, place, node.span)
@@ -169,7 +169,7 @@ class Typing:
             raise Wrong(messages.no_predicate(str(term.type), node.span))
         return term
 
-    def _chain(self, node: s.Chain, scope: Scope, place: PredicatePlace) -> Term:
+    def _chain(self, node: s.Chain, scope: TypingScope, place: PredicatePlace) -> Term:
         apart = names_apart(node, scope)
         if apart is not None:
             return apart
@@ -228,7 +228,7 @@ class Typing:
 
     # --- all terms --------------------------------------------------------------------------------------------
 
-    def _term(self, node: s.Term, scope: Scope, place: PredicatePlace) -> Term:
+    def _term(self, node: s.Term, scope: TypingScope, place: PredicatePlace) -> Term:
         match node:
             case s.Grouped():
                 return self._term(node.inner, scope, place)
@@ -271,24 +271,24 @@ class Typing:
                 then, otherwise = alike(then, otherwise, node.span)
                 return core.If(type=then.type, test=test, then=then, otherwise=otherwise, span=node.span)
             case s.Local():
-                inner = Scope(scope)
+                inner = TypingScope(scope)
                 for name, value in node.definitions:
                     inner.add(name.name, VariableEntry(self._term(value, scope, place), name.span))
                 return self._term(node.body, inner, place)
         raise TypeError(f"not a term: {node!r}")
 
-    def _set(self, node: s.Term, scope: Scope, place: PredicatePlace) -> Term:
+    def _set(self, node: s.Term, scope: TypingScope, place: PredicatePlace) -> Term:
         return as_set(self._term(node, scope, place), node.span)
 
     def _bound(
-        self, declarations: Sequence[s.Declare], scope: Scope, place: PredicatePlace
-    ) -> tuple[tuple[Binder, ...], Scope, Term | None]:
+        self, declarations: Sequence[s.Declare], scope: TypingScope, place: PredicatePlace
+    ) -> tuple[tuple[Binder, ...], TypingScope, Term | None]:
         """The variables of a quantifier or comprehension, the scope inside, and what schemas among them say."""
         if all(declaration.names for declaration in declarations):
             return *self.binders(declarations, scope, place), None
         return self.schemas.binders(self.schemas.declared(declarations, scope), scope)
 
-    def schema(self, node: s.Term, scope: Scope, name: str | None = None) -> Term:
+    def schema(self, node: s.Term, scope: TypingScope, name: str | None = None) -> Term:
         """A schema expression as the set of its bindings; without a *name* it is known by what it says.
 
         Raises:
@@ -296,12 +296,12 @@ class Typing:
         """
         return self.schemas.named(name or print_term(node), self.schemas.needed(node, scope), node.span)
 
-    def instance(self, node: s.Reference, scope: Scope) -> Term | None:
+    def instance(self, node: s.Reference, scope: TypingScope) -> Term | None:
         """A generic abbreviation or schema with its actual parameters; None if the name is none."""
         entry = scope.find(node.name)
         return self._instance(node, entry, scope) if isinstance(entry, GenericEntry) else None
 
-    def _reference(self, node: s.Reference, scope: Scope, place: PredicatePlace) -> Term:
+    def _reference(self, node: s.Reference, scope: TypingScope, place: PredicatePlace) -> Term:
         if node.decoration:
             # A component of a schema has its decoration in its name.
             component = scope.find(node.name + node.decoration)
@@ -350,7 +350,7 @@ class Typing:
             raise Wrong(messages.function_without_argument(node.name, node.span))
         raise Wrong(messages.unknown_name(node.name, node.span, suggestions(node.name, [*scope.names(), *FUNCTIONS])))
 
-    def _parameter(self, node: s.Reference, scope: Scope, place: PredicatePlace) -> Term:
+    def _parameter(self, node: s.Reference, scope: TypingScope, place: PredicatePlace) -> Term:
         written = node.name + node.decoration
         if place in ("initial", "invariant", "axiom", "record", "retrieve"):
             raise Wrong(messages.parameter_out_of_place(written, place, node.span))
@@ -370,7 +370,7 @@ class Typing:
             raise Wrong(messages.output_in_guard(written, node.span))
         return Variable(type=entry.type, name=entry.name, role=kind, span=node.span)
 
-    def _primed(self, node: s.Reference, entry: object, scope: Scope, place: PredicatePlace) -> Term:
+    def _primed(self, node: s.Reference, entry: object, scope: TypingScope, place: PredicatePlace) -> Term:
         written = node.name + "'"
         if isinstance(entry, FailedEntry):
             raise Wrong(entry.diagnostic)
@@ -383,14 +383,14 @@ class Typing:
             raise Wrong(messages.unknown_name(written, node.span, [n + "'" for n in suggestions(node.name, states)]))
         raise Wrong(messages.prime_on_no_state(written, node.span))
 
-    def _instance(self, node: s.Reference, entry: GenericEntry, scope: Scope) -> Term:
+    def _instance(self, node: s.Reference, entry: GenericEntry, scope: TypingScope) -> Term:
         wanted = entry.abbreviation.generics
         if len(wanted) != len(node.arguments):
             raise Wrong(messages.generic_arguments(node.name, len(wanted), len(node.arguments), node.span))
         arguments = tuple([self.carrier(argument, scope) for argument in node.arguments])
         key = (id(entry.abbreviation), arguments)
         if key not in self._instances:
-            inner = Scope(entry.scope)
+            inner = TypingScope(entry.scope)
             for name, argument in zip(wanted, arguments, strict=True):
                 inner.add(name.name, SetEntry(argument, name.span))
             body = entry.abbreviation.body
@@ -402,7 +402,7 @@ class Typing:
 
     # --- operators --------------------------------------------------------------------------------------------
 
-    def _operator(self, node: s.Operator, scope: Scope, place: PredicatePlace) -> Term:
+    def _operator(self, node: s.Operator, scope: TypingScope, place: PredicatePlace) -> Term:
         name, span = node.name, node.span
         if name in ("and", "or"):
             operands = [self._predicate(operand, scope, place) for operand in row(node, name)]
@@ -422,7 +422,7 @@ class Typing:
             raise Wrong(messages.no_operator_here(name, span))
         return rule(name, operands, span)
 
-    def _operand(self, node: s.Term, scope: Scope, place: PredicatePlace) -> Term:
+    def _operand(self, node: s.Term, scope: TypingScope, place: PredicatePlace) -> Term:
         """An operand of an operator of the toolkit, where a constructor is a function."""
         entry = constructor(node, scope)
         if entry is None or entry.carrier is None:
@@ -431,7 +431,7 @@ class Typing:
 
     # --- application ------------------------------------------------------------------------------------------
 
-    def _application(self, node: s.Application, scope: Scope, place: PredicatePlace) -> Term:
+    def _application(self, node: s.Application, scope: TypingScope, place: PredicatePlace) -> Term:
         function = node.function
         while isinstance(function, s.Grouped):
             function = function.inner
@@ -471,7 +471,7 @@ class Typing:
                 raise Wrong(messages.not_applicable(str(applied.type), node.function.span))
         return Apply(type=range_, operator="apply", operands=(applied, argument), span=node.span)
 
-    def _selection(self, node: s.Selection, scope: Scope, place: PredicatePlace) -> Term:
+    def _selection(self, node: s.Selection, scope: TypingScope, place: PredicatePlace) -> Term:
         of_class = qualified(node, scope)
         if of_class is not None:
             return of_class
@@ -484,7 +484,7 @@ class Typing:
             return self._attribute(node, pool, record, scope, place)
         return selected(node, record, self._records)
 
-    def object_value(self, node: s.Term, scope: Scope, place: PredicatePlace) -> tuple[ObjectEntry, Term] | None:
+    def object_value(self, node: s.Term, scope: TypingScope, place: PredicatePlace) -> tuple[ObjectEntry, Term] | None:
         """The objects of which a value is an identity, and that identity; None for other values.
 
         Raises:
@@ -494,7 +494,7 @@ class Typing:
         pool = pool_in(scope, identity.type)
         return None if pool is None else (pool, identity)
 
-    def object(self, node: s.Term, scope: Scope, place: PredicatePlace) -> tuple[ObjectEntry, Term | None] | None:
+    def object(self, node: s.Term, scope: TypingScope, place: PredicatePlace) -> tuple[ObjectEntry, Term | None] | None:
         """The object that a term names, with its identity if it is one of a family; None if it names none.
 
         Raises:
@@ -513,7 +513,9 @@ class Typing:
             return entry, None
         return entry, coerced(self._term(index, scope, place), entry.binder.type, node.span)
 
-    def _within(self, node: s.Term, scope: Scope, place: PredicatePlace) -> tuple[ObjectEntry, Term | None] | None:
+    def _within(
+        self, node: s.Term, scope: TypingScope, place: PredicatePlace
+    ) -> tuple[ObjectEntry, Term | None] | None:
         """The object that an object has which is a value: ``d.lock`` for ``d : Door``."""
         if not isinstance(node, s.Selection) or not has_objects(scope, node.field):
             return None
@@ -522,7 +524,7 @@ class Typing:
         return (entry, found[1]) if found is not None and isinstance(entry, ObjectEntry) else None
 
     def _attribute(
-        self, node: s.Selection, entry: ObjectEntry, index: Term | None, scope: Scope, place: PredicatePlace
+        self, node: s.Selection, entry: ObjectEntry, index: Term | None, scope: TypingScope, place: PredicatePlace
     ) -> Term:
         """``a.x``, ``a.INIT``, where a is an object."""
         if node.field in ("INIT", "Init", "init"):
@@ -545,7 +547,7 @@ class Typing:
 
     # --- displays and comprehensions --------------------------------------------------------------------------
 
-    def _display(self, node: s.Display, scope: Scope, place: PredicatePlace) -> Term:
+    def _display(self, node: s.Display, scope: TypingScope, place: PredicatePlace) -> Term:
         items = [self._term(item, scope, place) for item in node.items]
         if node.kind == "tuple":
             made: Type = TupleType(tuple([item.type for item in items]))
@@ -566,11 +568,11 @@ class Typing:
         made = form(element)
         return Apply(type=made, operator=operator, operands=fitted, span=node.span)
 
-    def _record(self, node: s.BindingDisplay, scope: Scope, place: PredicatePlace) -> Term:
+    def _record(self, node: s.BindingDisplay, scope: TypingScope, place: PredicatePlace) -> Term:
         given = {name.name: self._term(value, scope, place) for name, value in node.fields}
         return made_record(given, self._records, node.span)
 
-    def _comprehension(self, node: s.Binding, scope: Scope, place: PredicatePlace) -> Term:
+    def _comprehension(self, node: s.Binding, scope: TypingScope, place: PredicatePlace) -> Term:
         binders, inner, included = self._bound(node.declarations, scope, place)
         condition = TRUE if node.condition is None else self._predicate(node.condition, inner, place)
         condition = condition if included is None else core.conjunction((included, condition), node.span)

@@ -9,26 +9,26 @@ from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Apply, Binder, Comprehension, Quantifier, Term, Variable
 from cspcheck.cspm.oz.values.carriers import Carrier, Frame, Undefined, capped
 from cspcheck.cspm.oz.values.enumeration import Enumeration, Member, membership
-from cspcheck.cspm.oz.values.solving import Solver, Unknown, solver
+from cspcheck.cspm.oz.values.solving import SolutionPlan, SoughtVariable, solver
 from cspcheck.cspm.oz.values.terms import conjuncts, negated, show_term
 from cspcheck.cspm.oz.values.values import Graph, in_order
 
 if TYPE_CHECKING:
-    from cspcheck.cspm.oz.values.evaluation import Evaluator, Scope
+    from cspcheck.cspm.oz.values.evaluation import FrameScope, TermEvaluator
 
 Code: TypeAlias = Callable[[Frame], Any]
 
 
-def unknown(binder: Binder, term: Term) -> Unknown:
+def unknown(binder: Binder, term: Term) -> SoughtVariable:
     """A bound variable as something to be found."""
-    return Unknown(binder.name, "bound", binder.carrier, binder.carrier.span or term.span)
+    return SoughtVariable(binder.name, "bound", binder.carrier, binder.carrier.span or term.span)
 
 
 def _some(frame: Frame) -> bool:
     return True
 
 
-def quantifier(evaluator: Evaluator, term: Quantifier, scope: Scope) -> Code:
+def quantifier(evaluator: TermEvaluator, term: Quantifier, scope: FrameScope) -> Code:
     """Code for a quantified predicate."""
     unknowns = [unknown(binder, term) for binder in term.binders]
     body = negated(term.body) if term.kind == "forall" else term.body
@@ -54,7 +54,7 @@ def quantifier(evaluator: Evaluator, term: Quantifier, scope: Scope) -> Code:
     return exactly_one
 
 
-def comprehension(evaluator: Evaluator, term: Comprehension, scope: Scope) -> Code:
+def comprehension(evaluator: TermEvaluator, term: Comprehension, scope: FrameScope) -> Code:
     """Code for a set, a function or the only value."""
     if term.kind == "set":
         return _set(evaluator, term, scope)
@@ -94,7 +94,7 @@ def comprehension(evaluator: Evaluator, term: Comprehension, scope: Scope) -> Co
     return only
 
 
-def applied(evaluator: Evaluator, function: Comprehension, argument: Term, scope: Scope) -> Code:
+def applied(evaluator: TermEvaluator, function: Comprehension, argument: Term, scope: FrameScope) -> Code:
     """Code for a comprehension applied at once: a lambda's domain need not be gone through for that."""
     value = evaluator.code(argument, scope)
     if function.kind != "lambda":
@@ -132,7 +132,7 @@ def _outside(function: Comprehension, argument: Term) -> Undefined:
 # --- sets ------------------------------------------------------------------------------------------------------------
 
 
-def _solutions(evaluator: Evaluator, term: Comprehension, scope: Scope) -> tuple[Solver, Code]:
+def _solutions(evaluator: TermEvaluator, term: Comprehension, scope: FrameScope) -> tuple[SolutionPlan, Code]:
     """A solver for the bound variables, and code for all values of the body in order."""
     found = solver(evaluator, scope, [unknown(binder, term) for binder in term.binders], [term.condition])
     body = evaluator.code(term.body, scope)
@@ -151,7 +151,7 @@ def _solutions(evaluator: Evaluator, term: Comprehension, scope: Scope) -> tuple
     return found, collect
 
 
-def _set(evaluator: Evaluator, term: Comprehension, scope: Scope) -> Code:
+def _set(evaluator: TermEvaluator, term: Comprehension, scope: FrameScope) -> Code:
     found, collect = _solutions(evaluator, term, scope)
     if found.exact:
         return lambda frame: frozenset(collect(frame))
@@ -164,14 +164,14 @@ def _set(evaluator: Evaluator, term: Comprehension, scope: Scope) -> Code:
     return build
 
 
-def comprehension_enumeration(evaluator: Evaluator, term: Comprehension, scope: Scope) -> Enumeration:
+def comprehension_enumeration(evaluator: TermEvaluator, term: Comprehension, scope: FrameScope) -> Enumeration:
     """A way through a set comprehension."""
     found, collect = _solutions(evaluator, term, scope)
     readings = {id(reading): reading for _, readings in found.sampled for reading in readings}
     return Enumeration(lambda frame: in_order(collect(frame)), tuple(readings.values()), found.bounded)
 
 
-def comprehension_member(evaluator: Evaluator, term: Comprehension, scope: Scope, reading: bool) -> Member:
+def comprehension_member(evaluator: TermEvaluator, term: Comprehension, scope: FrameScope, reading: bool) -> Member:
     """Whether a value is in a set comprehension."""
     first = term.binders[0]
     body = term.body

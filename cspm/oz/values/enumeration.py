@@ -20,7 +20,7 @@ from cspcheck.cspm.oz.values.terms import free_variables, show_term
 from cspcheck.cspm.oz.values.values import LARGEST, Construction, Element, Graph, in_order
 
 if TYPE_CHECKING:
-    from cspcheck.cspm.oz.values.evaluation import Evaluator, Scope
+    from cspcheck.cspm.oz.values.evaluation import FrameScope, TermEvaluator
 
 Member: TypeAlias = Callable[[Frame, Any], bool]
 
@@ -63,7 +63,7 @@ def _nowhere(term: Term) -> Enumeration:
 # --- membership ------------------------------------------------------------------------------------------------------
 
 
-def membership(evaluator: Evaluator, term: Term, scope: Scope, *, reading: bool = False) -> Member:
+def membership(evaluator: TermEvaluator, term: Term, scope: FrameScope, *, reading: bool = False) -> Member:
     """Whether a value is in the set that *term* is; with *reading*, whether it is in its finite reading."""
     if reading:
         found = evaluator.readings.of(term)
@@ -105,7 +105,7 @@ def _remembered(test: Member) -> Member:
     return remembered
 
 
-def _in_reading(evaluator: Evaluator, term: Term, reading: FiniteReading, scope: Scope) -> Member:
+def _in_reading(evaluator: TermEvaluator, term: Term, reading: FiniteReading, scope: FrameScope) -> Member:
     readings = evaluator.readings
     inside = membership(evaluator, term, scope)
     if reading.values is not None:
@@ -125,10 +125,10 @@ def _in_reading(evaluator: Evaluator, term: Term, reading: FiniteReading, scope:
     return inside
 
 
-MembershipRule = Callable[["Evaluator", Apply, "Scope", bool], Member]
+MembershipRule = Callable[["TermEvaluator", Apply, "FrameScope", bool], Member]
 
 
-def _anything(evaluator: Evaluator, term: Apply, scope: Scope, reading: bool) -> Member:
+def _anything(evaluator: TermEvaluator, term: Apply, scope: FrameScope, reading: bool) -> Member:
     return lambda frame, value: True
 
 
@@ -136,7 +136,7 @@ def _from(low: int) -> MembershipRule:
     return lambda evaluator, term, scope, reading: lambda frame, value: value >= low
 
 
-def _range_member(evaluator: Evaluator, term: Apply, scope: Scope, reading: bool) -> Member:
+def _range_member(evaluator: TermEvaluator, term: Apply, scope: FrameScope, reading: bool) -> Member:
     a, b = term.operands
     if isinstance(a, Constant) and isinstance(b, Constant):
         first, last = a.value, b.value
@@ -145,21 +145,21 @@ def _range_member(evaluator: Evaluator, term: Apply, scope: Scope, reading: bool
     return lambda frame, value: low(frame) <= value <= high(frame)
 
 
-def _cross_member(evaluator: Evaluator, term: Apply, scope: Scope, reading: bool) -> Member:
+def _cross_member(evaluator: TermEvaluator, term: Apply, scope: FrameScope, reading: bool) -> Member:
     tests = [membership(evaluator, o, scope, reading=reading) for o in term.operands]
     return lambda frame, value: all(test(frame, item) for test, item in zip(tests, value, strict=True))
 
 
 def _combined_member(together: Callable[[bool, bool], bool]) -> MembershipRule:
-    def rule(evaluator: Evaluator, term: Apply, scope: Scope, reading: bool) -> Member:
+    def rule(evaluator: TermEvaluator, term: Apply, scope: FrameScope, reading: bool) -> Member:
         a, b = (membership(evaluator, o, scope, reading=reading) for o in term.operands)
         return lambda frame, value: together(a(frame, value), b(frame, value))
 
     return rule
 
 
-def _all_member(evaluator: Evaluator, term: Apply, scope: Scope, reading: bool) -> Member:
-    from cspcheck.cspm.oz.values.evaluation import Scope
+def _all_member(evaluator: TermEvaluator, term: Apply, scope: FrameScope, reading: bool) -> Member:
+    from cspcheck.cspm.oz.values.evaluation import FrameScope
 
     assert isinstance(term.type, core.SetType)
     kind = term.type.element
@@ -169,7 +169,7 @@ def _all_member(evaluator: Evaluator, term: Apply, scope: Scope, reading: bool) 
     if all(carrier is None for _, carrier in definition.branches):
         return lambda frame, value: True
     tests: list[Member] = []
-    own = Scope()
+    own = FrameScope()
     own_frame: Frame = []
 
     def test(frame: Frame, value: Construction) -> bool:
@@ -188,7 +188,7 @@ def _nothing_member(frame: Frame, value: Any) -> bool:
     return True
 
 
-def _records_member(evaluator: Evaluator, term: Apply, scope: Scope, reading: bool) -> Member:
+def _records_member(evaluator: TermEvaluator, term: Apply, scope: FrameScope, reading: bool) -> Member:
     assert isinstance(term.type, core.SetType)
     kind = term.type.element
     assert isinstance(kind, core.RecordType)
@@ -202,7 +202,7 @@ def _records_member(evaluator: Evaluator, term: Apply, scope: Scope, reading: bo
     return test
 
 
-def _collection_member(evaluator: Evaluator, term: Apply, scope: Scope, reading: bool) -> Member:
+def _collection_member(evaluator: TermEvaluator, term: Apply, scope: FrameScope, reading: bool) -> Member:
     parts = [membership(evaluator, o, scope, reading=reading) for o in term.operands]
     operator = term.operator
     if len(parts) == 2:
@@ -223,7 +223,7 @@ def _collection_member(evaluator: Evaluator, term: Apply, scope: Scope, reading:
     return test
 
 
-def _relation_member(evaluator: Evaluator, term: Apply, parts: Sequence[Member], scope: Scope) -> Member:
+def _relation_member(evaluator: TermEvaluator, term: Apply, parts: Sequence[Member], scope: FrameScope) -> Member:
     first, second = parts
     total = term.operator in ("fun", "inj", "surj", "bij")
     injective = term.operator in ("pinj", "inj", "bij", "finj")
@@ -265,7 +265,9 @@ _MEMBERSHIP: Final[dict[str, MembershipRule]] = {
 # --- enumeration -----------------------------------------------------------------------------------------------------
 
 
-def enumeration(evaluator: Evaluator, term: Term, scope: Scope, inside: frozenset[str] = frozenset()) -> Enumeration:
+def enumeration(
+    evaluator: TermEvaluator, term: Term, scope: FrameScope, inside: frozenset[str] = frozenset()
+) -> Enumeration:
     """A way through the set that *term* is. *inside* are the free types being gone through already."""
     reading = evaluator.readings.of(term)
     if reading is not None:
@@ -292,7 +294,7 @@ def _kept(found: Enumeration, term: Term) -> Enumeration:
 
 
 def _by_reading(
-    evaluator: Evaluator, term: Term, reading: FiniteReading, scope: Scope, inside: frozenset[str]
+    evaluator: TermEvaluator, term: Term, reading: FiniteReading, scope: FrameScope, inside: frozenset[str]
 ) -> Enumeration:
     readings = evaluator.readings
     if reading.values is not None:
@@ -319,7 +321,7 @@ def _by_reading(
     return _enumeration(evaluator, term, scope, inside)
 
 
-def _nested(evaluator: Evaluator, name: str, depth: int, reading: FiniteReading, scope: Scope) -> Enumeration:
+def _nested(evaluator: TermEvaluator, name: str, depth: int, reading: FiniteReading, scope: FrameScope) -> Enumeration:
     """The values of a free type that are built of at most so many constructors on top of each other."""
     definition = evaluator.specification.frees[name]
     used: list[FiniteReading] = [reading]
@@ -347,12 +349,12 @@ def _nested(evaluator: Evaluator, name: str, depth: int, reading: FiniteReading,
 class _Levels:
     """Enumerates carriers in which a free type stands for its values of fewer levels."""
 
-    def __init__(self, evaluator: Evaluator, name: str, smaller: Callable[[Frame], list[Any]]) -> None:
+    def __init__(self, evaluator: TermEvaluator, name: str, smaller: Callable[[Frame], list[Any]]) -> None:
         self._evaluator = evaluator
         self._name = name
         self._smaller = smaller
 
-    def enumeration(self, term: Term, scope: Scope) -> Enumeration:
+    def enumeration(self, term: Term, scope: FrameScope) -> Enumeration:
         """A way through a carrier."""
         if isinstance(term, Apply):
             if term.operator == "All" and term.type == core.SetType(core.FreeType(self._name)):
@@ -372,7 +374,7 @@ def _readings(parts: Iterable[Enumeration]) -> tuple[FiniteReading, ...]:
     return tuple({id(reading): reading for part in parts for reading in part.readings}.values())
 
 
-def _enumeration(evaluator: Evaluator, term: Term, scope: Scope, inside: frozenset[str]) -> Enumeration:
+def _enumeration(evaluator: TermEvaluator, term: Term, scope: FrameScope, inside: frozenset[str]) -> Enumeration:
     """A way through a set of which there is no reading itself."""
     if isinstance(term, Comprehension) and term.kind == "set":
         from cspcheck.cspm.oz.values.binding import comprehension_enumeration
@@ -417,7 +419,7 @@ def _enumeration(evaluator: Evaluator, term: Term, scope: Scope, inside: frozens
     return Enumeration(elements)
 
 
-def _filtered_either(evaluator: Evaluator, term: Apply, scope: Scope, inside: frozenset[str]) -> Enumeration:
+def _filtered_either(evaluator: TermEvaluator, term: Apply, scope: FrameScope, inside: frozenset[str]) -> Enumeration:
     a, b = (enumeration(evaluator, o, scope, inside) for o in term.operands)
     through, other = (a, term.operands[1]) if a.exact or not b.exact else (b, term.operands[0])
     test = membership(evaluator, other, scope)
@@ -432,7 +434,7 @@ def _product(parts: Sequence[Enumeration]) -> Enumeration:
     return Enumeration(lambda frame: product(*[part.code(frame) for part in parts]), _readings(parts))
 
 
-def _all(evaluator: Evaluator, term: Apply, scope: Scope, inside: frozenset[str]) -> Enumeration:
+def _all(evaluator: TermEvaluator, term: Apply, scope: FrameScope, inside: frozenset[str]) -> Enumeration:
     assert isinstance(term.type, core.SetType)
     kind = term.type.element
     if not isinstance(kind, core.FreeType) or kind.name in inside:
@@ -456,7 +458,7 @@ def _all(evaluator: Evaluator, term: Apply, scope: Scope, inside: frozenset[str]
     return Enumeration(values, _readings(arguments))
 
 
-def _records(evaluator: Evaluator, term: Apply, scope: Scope, inside: frozenset[str]) -> Enumeration:
+def _records(evaluator: TermEvaluator, term: Apply, scope: FrameScope, inside: frozenset[str]) -> Enumeration:
     assert isinstance(term.type, core.SetType)
     kind = term.type.element
     assert isinstance(kind, core.RecordType)
@@ -580,7 +582,7 @@ def _graphs(operator: str, domain: list[Any], range_: list[Any], bound: int | No
 # --- carriers as values ----------------------------------------------------------------------------------------------
 
 
-def carrier_value(evaluator: Evaluator, term: Apply, scope: Scope) -> Callable[[Frame], Any]:
+def carrier_value(evaluator: TermEvaluator, term: Apply, scope: FrameScope) -> Callable[[Frame], Any]:
     """Code for the value of a carrier: small finite ones are written out when they are gone through."""
     member, way = membership(evaluator, term, scope), enumeration(evaluator, term, scope)
     if term.operator == "Bool":

@@ -6,9 +6,9 @@
 >>> evaluator.enumerate(carrier)                         # all values of a set, by the finite readings if it is wide
 >>> evaluator.contains(carrier, value)                   # whether the set, not its reading, has a value
 
-Whoever evaluates often makes a :class:`Scope`, compiles once (:meth:`Evaluator.code`, :meth:`Evaluator.predicate`)
-and fills frames. Logic is that of Kleene: a predicate that has a truth value whatever an undefined part of it might
-be has that truth value, whichever way round it is written; otherwise
+Whoever evaluates often makes a :class:`FrameScope`, compiles once (:meth:`TermEvaluator.code`,
+:meth:`TermEvaluator.predicate`) and fills frames. Logic is that of Kleene: a predicate that has a truth value whatever an
+undefined part of it might be has that truth value, whichever way round it is written; otherwise
 :class:`~cspcheck.cspm.oz.values.carriers.Undefined` is raised, and never is a wrong value given.
 """
 
@@ -48,7 +48,7 @@ MOST_TRIED: Final = 10_000_000
 """So many values are tried one by one for one question: one operation in one state, one predicate."""
 
 
-class Scope:
+class FrameScope:
     """The variables that some terms share, each with its slot in a frame."""
 
     def __init__(self, names: Iterable[Name] = ()) -> None:
@@ -71,7 +71,7 @@ class Scope:
 class _Constants(Mapping[str, Any]):
     """The constants of an evaluator as a mapping that finds each value when it is asked for."""
 
-    def __init__(self, evaluator: Evaluator) -> None:
+    def __init__(self, evaluator: TermEvaluator) -> None:
         self._evaluator = evaluator
         self._names = evaluator._declared()
 
@@ -90,7 +90,7 @@ class _Constants(Mapping[str, Any]):
         return len(self._names)
 
 
-class Evaluator:
+class TermEvaluator:
     """Evaluates the terms of one specification, or of one of its classes.
 
     Args:
@@ -132,7 +132,7 @@ class Evaluator:
             Unbounded: an infinite set would have to be gone through for it.
         """
         self.begin()
-        scope = Scope(assignment or ())
+        scope = FrameScope(assignment or ())
         code = self.code(term, scope)
         return code(scope.frame(assignment))
 
@@ -149,7 +149,7 @@ class Evaluator:
         """
         from cspcheck.cspm.oz.values.enumeration import enumeration
 
-        scope = Scope(assignment or ())
+        scope = FrameScope(assignment or ())
         found = enumeration(self, carrier, scope)
         self.readings.use(found.readings)
         return list(found.code(scope.frame(assignment)))
@@ -158,7 +158,7 @@ class Evaluator:
         """Whether a value of the right type is in a set, whatever its finite reading says."""
         from cspcheck.cspm.oz.values.enumeration import membership
 
-        scope = Scope(assignment or ())
+        scope = FrameScope(assignment or ())
         test = membership(self, carrier, scope)
         return test(scope.frame(assignment), value)
 
@@ -235,11 +235,11 @@ class Evaluator:
         return [d for n, d in declared.items() if n in group], found
 
     def _solve(self, declared: Sequence[core.Declared], axioms: Sequence[Term]) -> dict[str, Any]:
-        from cspcheck.cspm.oz.values.solving import Unknown, solver
+        from cspcheck.cspm.oz.values.solving import SoughtVariable, solver
 
         given = {d.name: self._given[d.name] for d in declared if d.name in self._given}
-        scope = Scope((d.name, "constant") for d in declared)
-        unknowns = [Unknown(d.name, "constant", d.carrier, d.span) for d in declared if d.name not in given]
+        scope = FrameScope((d.name, "constant") for d in declared)
+        unknowns = [SoughtVariable(d.name, "constant", d.carrier, d.span) for d in declared if d.name not in given]
         solve = solver(self, scope, unknowns, axioms)
         solve.use_readings(self)
         frame = scope.frame({(name, "constant"): value for name, value in given.items()})
@@ -263,7 +263,7 @@ class Evaluator:
 
     # --- compiling -----------------------------------------------------------------------------------------------
 
-    def code(self, term: Term, scope: Scope) -> Code:
+    def code(self, term: Term, scope: FrameScope) -> Code:
         """Code for the value of a term. Its variables are those of *scope*, and constants."""
         if isinstance(term, Constant):
             return _constantly(term.value)
@@ -273,7 +273,7 @@ class Evaluator:
             return self._once(term)
         return self._compile(term, scope)
 
-    def predicate(self, term: Term, scope: Scope) -> Test:
+    def predicate(self, term: Term, scope: FrameScope) -> Test:
         """Code for the truth of a predicate."""
         return self.code(term, scope)
 
@@ -286,7 +286,7 @@ class Evaluator:
 
         def closed(frame: Frame) -> Any:
             if not kept:
-                scope = Scope()
+                scope = FrameScope()
                 code = self._compile(term, scope)
                 kept.append(code(scope.frame()))
             return kept[0]
@@ -294,7 +294,7 @@ class Evaluator:
         self._closed[id(term)] = (term, closed)  # the term is kept so that its id stays its own
         return closed
 
-    def _variable(self, term: Variable, scope: Scope) -> Code:
+    def _variable(self, term: Variable, scope: FrameScope) -> Code:
         slot = scope.slots.get((term.name, term.role))
         if slot is not None:
             return lambda frame: frame[slot]
@@ -303,7 +303,7 @@ class Evaluator:
         name = term.name
         return lambda frame: self._constant(name)
 
-    def _compile(self, term: Term, scope: Scope) -> Code:
+    def _compile(self, term: Term, scope: FrameScope) -> Code:
         match term:
             case Construct():
                 return self._construct(term, scope)
@@ -335,7 +335,7 @@ class Evaluator:
         definition = self.specification.frees[type_]
         return [name for name, _ in definition.branches].index(constructor)
 
-    def _construct(self, term: Construct, scope: Scope) -> Code:
+    def _construct(self, term: Construct, scope: FrameScope) -> Code:
         assert isinstance(term.type, core.FreeType)
         rank = self.rank(term.type.name, term.constructor)
         constructor = term.constructor
@@ -344,7 +344,7 @@ class Evaluator:
         argument = self.code(term.argument, scope)
         return lambda frame: Construction(rank, constructor, argument(frame))
 
-    def _apply(self, term: Apply, scope: Scope) -> Code:
+    def _apply(self, term: Apply, scope: FrameScope) -> Code:
         from cspcheck.cspm.oz.values.enumeration import CARRIERS, carrier_value, membership
         from cspcheck.cspm.oz.values.evaluation_operators import OPERATIONS
 
@@ -372,7 +372,7 @@ class Evaluator:
             return carrier_value(self, term, scope)
         return OPERATIONS[operator](term, [self.code(o, scope) for o in operands])
 
-    def _record_init(self, term: Apply, scope: Scope) -> Code:
+    def _record_init(self, term: Apply, scope: FrameScope) -> Code:
         kind = term.operands[0].type
         assert isinstance(kind, core.RecordType)
         test = self.record_test(kind.name, initial=True)
@@ -383,7 +383,7 @@ class Evaluator:
         """Whether the fields' values satisfy the predicate of a schema, or with *initial* its INIT."""
         definition = self.specification.records[name]
         predicates = (definition.initial or ()) if initial else definition.predicates
-        fields = Scope((f.name, "bound") for f in definition.fields)
+        fields = FrameScope((f.name, "bound") for f in definition.fields)
         tests = _all_or_any([self.code(p, fields) for p in predicates], False)
 
         def test(values: tuple[Any, ...]) -> bool:
@@ -426,4 +426,4 @@ def _all_or_any(tests: Sequence[Test], deciding: bool) -> Test:
     return decide
 
 
-__all__ = ["Code", "Evaluator", "Fraction", "Graph", "Scope", "Test", "TooLarge", "Unbounded", "Undefined"]
+__all__ = ["Code", "Fraction", "FrameScope", "Graph", "TermEvaluator", "Test", "TooLarge", "Unbounded", "Undefined"]

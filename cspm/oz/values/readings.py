@@ -12,7 +12,7 @@ from cspcheck.cspm.oz.values.terms import shape
 from cspcheck.cspm.oz.values.values import in_order
 
 if TYPE_CHECKING:
-    from cspcheck.cspm.oz.values.evaluation import Evaluator
+    from cspcheck.cspm.oz.values.evaluation import TermEvaluator
 
 COLLECTIONS: Final = frozenset(
     {
@@ -26,7 +26,7 @@ COLLECTIONS: Final = frozenset(
 class Readings:
     """The readings of one specification, by the form of the carrier that each is about."""
 
-    def __init__(self, specification: core.Specification, evaluator: Evaluator) -> None:
+    def __init__(self, specification: core.Specification, evaluator: TermEvaluator) -> None:
         self._evaluator = evaluator
         self._by_shape: dict[Hashable, FiniteReading] = {}
         for reading in specification.readings:

@@ -18,7 +18,7 @@ from cspcheck.cspm.oz.values.substitution import rebuilt
 from cspcheck.cspm.oz.values.terms import Name, shape
 
 if TYPE_CHECKING:
-    from cspcheck.cspm.oz.values.evaluation import Evaluator
+    from cspcheck.cspm.oz.values.evaluation import TermEvaluator
 
 LONGEST = 1 << 16
 """Numbers up to so far from the least are computed."""
@@ -179,15 +179,15 @@ def _unfolded(term: Term, constant: Declared, rest: Binder, value: Variable) -> 
 class Recursive(Mapping[Any, Any]):
     """The value of a function that is defined by recursion. It is infinite: it can be applied, and nothing else."""
 
-    def __init__(self, evaluator: Evaluator, recursion: Recursion) -> None:
-        from cspcheck.cspm.oz.values.evaluation import Scope
+    def __init__(self, evaluator: TermEvaluator, recursion: Recursion) -> None:
+        from cspcheck.cspm.oz.values.evaluation import FrameScope
 
         self._evaluator = evaluator
         self._recursion = recursion
         self._known: dict[Any, Any] = {}
         names = [*[binder.name for binder in recursion.binders], recursion.value.name]
         self._names: list[Name] = [(name, "bound") for name in names]
-        self._scope = Scope(self._names)
+        self._scope = FrameScope(self._names)
         self._code = evaluator.code(recursion.step, self._scope)
 
     def __getitem__(self, at: Any) -> Any:

@@ -32,7 +32,7 @@ from cspcheck.cspm.oz.values.terms import Name, conjuncts, free_variables, negat
 from cspcheck.cspm.source import Span
 
 if TYPE_CHECKING:
-    from cspcheck.cspm.oz.values.evaluation import Evaluator, Scope
+    from cspcheck.cspm.oz.values.evaluation import FrameScope, TermEvaluator
 
 Emit: TypeAlias = Callable[[Frame], bool]
 """Told of each solution, which the frame holds; True ends the search."""
@@ -43,7 +43,7 @@ MOST_BRANCHES: Final = 2_000
 
 
 @dataclass(frozen=True, slots=True)
-class Unknown:
+class SoughtVariable:
     """A variable to be found, and the set that it is taken from."""
 
     name: str
@@ -63,7 +63,7 @@ class Unknown:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Solver:
+class SolutionPlan:
     """A way to all solutions of a predicate.
 
     Attributes:
@@ -74,7 +74,7 @@ class Solver:
     """
 
     run: SolvingStep
-    sampled: tuple[tuple[Unknown, tuple[FiniteReading, ...]], ...]
+    sampled: tuple[tuple[SoughtVariable, tuple[FiniteReading, ...]], ...]
     bounded: bool
 
     @property
@@ -82,20 +82,20 @@ class Solver:
         """Whether all solutions are found."""
         return self.bounded and not self.sampled
 
-    def use_readings(self, evaluator: Evaluator) -> None:
+    def use_readings(self, evaluator: TermEvaluator) -> None:
         """Remember the finite readings that the way follows."""
         for _, readings in self.sampled:
             evaluator.readings.use(readings)
 
 
 def solver(
-    evaluator: Evaluator,
-    scope: Scope,
-    unknowns: Sequence[Unknown],
+    evaluator: TermEvaluator,
+    scope: FrameScope,
+    unknowns: Sequence[SoughtVariable],
     predicates: Iterable[Term],
     *,
     lazily: bool = False,
-) -> Solver:
+) -> SolutionPlan:
     """Plan how to find *unknowns* that satisfy all *predicates* and lie in their carriers.
 
     *lazily*: plan a branch when the search first comes to it, as most never are where few values are tried. What the
@@ -105,15 +105,15 @@ def solver(
         scope.slot(*unknown.key)
     planner = _Planner(evaluator, scope, lazily)
     run = planner.plan(tuple(conjuncts(predicates)), tuple(unknowns))
-    return Solver(run, tuple(planner.sampled.values()), planner.bounded)
+    return SolutionPlan(run, tuple(planner.sampled.values()), planner.bounded)
 
 
 class _Planner:
-    def __init__(self, evaluator: Evaluator, scope: Scope, lazily: bool = False) -> None:
+    def __init__(self, evaluator: TermEvaluator, scope: FrameScope, lazily: bool = False) -> None:
         self.evaluator = evaluator
         self.scope = scope
         self._branch = self._later if lazily else self.plan
-        self.sampled: dict[Name, tuple[Unknown, tuple[FiniteReading, ...]]] = {}
+        self.sampled: dict[Name, tuple[SoughtVariable, tuple[FiniteReading, ...]]] = {}
         self.bounded = True
         self._branched = 0
         self._free: dict[int, tuple[Term, frozenset[Name]]] = {}
@@ -124,7 +124,7 @@ class _Planner:
             found = self._free[id(term)] = (term, free_variables(term))
         return found[1]
 
-    def plan(self, pending: tuple[Term, ...], unknowns: tuple[Unknown, ...]) -> SolvingStep:
+    def plan(self, pending: tuple[Term, ...], unknowns: tuple[SoughtVariable, ...]) -> SolvingStep:
         keys = frozenset(unknown.key for unknown in unknowns)
         tests = [term for term in pending if self.free(term).isdisjoint(keys)]
         if tests:
@@ -149,7 +149,7 @@ class _Planner:
 
     # --- tests and equations -------------------------------------------------------------------------------------
 
-    def _filtered(self, tests: list[Term], rest: tuple[Term, ...], unknowns: tuple[Unknown, ...]) -> SolvingStep:
+    def _filtered(self, tests: list[Term], rest: tuple[Term, ...], unknowns: tuple[SoughtVariable, ...]) -> SolvingStep:
         codes = [self.evaluator.predicate(test, self.scope) for test in tests]
         then = self.plan(rest, unknowns)
 
@@ -192,7 +192,7 @@ class _Planner:
         return test_all
 
     def _assigned(
-        self, key: Name, value: Term, pending: tuple[Term, ...], unknowns: tuple[Unknown, ...]
+        self, key: Name, value: Term, pending: tuple[Term, ...], unknowns: tuple[SoughtVariable, ...]
     ) -> SolvingStep:
         unknown = next(u for u in unknowns if u.key == key)
         others = tuple([u for u in unknowns if u is not unknown])
@@ -227,7 +227,7 @@ class _Planner:
         return assign
 
     def _carrier_test(
-        self, unknown: Unknown, pending: tuple[Term, ...], others: tuple[Unknown, ...]
+        self, unknown: SoughtVariable, pending: tuple[Term, ...], others: tuple[SoughtVariable, ...]
     ) -> tuple[Member | None, tuple[Term, ...]]:
         """How a value is held against the carrier: at once, or later if the carrier depends on other unknowns."""
         carrier = unknown.carrier
@@ -242,13 +242,13 @@ class _Planner:
     # --- branches ------------------------------------------------------------------------------------------------
 
     def _branches(
-        self, term: Term, others: tuple[Term, ...], unknowns: tuple[Unknown, ...], keys: frozenset[Name]
+        self, term: Term, others: tuple[Term, ...], unknowns: tuple[SoughtVariable, ...], keys: frozenset[Name]
     ) -> SolvingStep | None:
         if self._branched >= MOST_BRANCHES or not _has_equation(term, keys):
             return None
         self._branched += 1
         if isinstance(term, Quantifier) and term.kind == "exists":
-            more = tuple([Unknown(b.name, "bound", b.carrier, term.span) for b in term.binders])
+            more = tuple([SoughtVariable(b.name, "bound", b.carrier, term.span) for b in term.binders])
             for unknown in more:
                 self.scope.slot(*unknown.key)
             return self.plan((*others, *conjuncts((term.condition, term.body))), (*unknowns, *more))
@@ -264,7 +264,7 @@ class _Planner:
 
         return lambda frame, emit: _first(steps, frame, emit)
 
-    def _later(self, pending: tuple[Term, ...], unknowns: tuple[Unknown, ...]) -> SolvingStep:
+    def _later(self, pending: tuple[Term, ...], unknowns: tuple[SoughtVariable, ...]) -> SolvingStep:
         """A step that is planned when it is first taken."""
         planned: list[SolvingStep] = []
 
@@ -278,7 +278,9 @@ class _Planner:
 
     # --- one value after the other -------------------------------------------------------------------------------
 
-    def _tried(self, pending: tuple[Term, ...], unknowns: tuple[Unknown, ...], keys: frozenset[Name]) -> SolvingStep:
+    def _tried(
+        self, pending: tuple[Term, ...], unknowns: tuple[SoughtVariable, ...], keys: frozenset[Name]
+    ) -> SolvingStep:
         ways = [self._way(unknown, pending, keys) for unknown in unknowns]
 
         def cost(i: int) -> tuple[int, bool, int, int]:
@@ -304,7 +306,7 @@ class _Planner:
             self.bounded = False
         return self._each(unknown, way.enumeration, inside, self.plan(pending, others))
 
-    def _each(self, unknown: Unknown, way: Enumeration, inside: Member | None, then: SolvingStep) -> SolvingStep:
+    def _each(self, unknown: SoughtVariable, way: Enumeration, inside: Member | None, then: SolvingStep) -> SolvingStep:
         slot = self.scope.slot(*unknown.key)
         code = way.code
         evaluator = self.evaluator
@@ -328,7 +330,7 @@ class _Planner:
 
         return each
 
-    def _way(self, unknown: Unknown, pending: tuple[Term, ...], keys: frozenset[Name]) -> _Way:
+    def _way(self, unknown: SoughtVariable, pending: tuple[Term, ...], keys: frozenset[Name]) -> _Way:
         """The best way through the values of an unknown."""
         ways: list[_Way] = []
         for term in pending:
@@ -351,7 +353,7 @@ class _Planner:
             ways.append(_Way(6, Enumeration(lambda frame: _nowhere(unknown), (), False), False))
         return min(ways, key=lambda way: way.rank)
 
-    def _between(self, unknown: Unknown, pending: tuple[Term, ...], keys: frozenset[Name]) -> Enumeration | None:
+    def _between(self, unknown: SoughtVariable, pending: tuple[Term, ...], keys: frozenset[Name]) -> Enumeration | None:
         """All integers between bounds that the predicate and the carrier give, if there are both."""
         carrier = unknown.carrier
         if not (isinstance(carrier.type, core.SetType) and isinstance(carrier.type.element, core.IntType)):
@@ -390,7 +392,7 @@ class _Way:
     check_carrier: bool
 
 
-def _nowhere(unknown: Unknown) -> Iterable[Any]:
+def _nowhere(unknown: SoughtVariable) -> Iterable[Any]:
     raise Unbounded(unknown.carrier, unknown.written, unknown.span)
 
 

@@ -32,7 +32,7 @@ from cspcheck.cspm.oz.processes.evaluating import Composition, shared_channels
 from cspcheck.cspm.oz.processes.meaning import DataPart
 from cspcheck.cspm.oz.processes.nodes import CarrierSet, ClassModule, ClassProcess, ConstantValue
 from cspcheck.cspm.oz.values.conversion import Conversion
-from cspcheck.cspm.oz.writing.expressions import Expressions, Untranslatable
+from cspcheck.cspm.oz.writing.expressions import ExpressionWriter, Unwritable
 from cspcheck.cspm.oz.writing.parametric import data_process
 from cspcheck.cspm.oz.writing.reached import Reach, flat
 from cspcheck.cspm.parsing.lexer import KEYWORDS
@@ -364,7 +364,7 @@ class _Export:
             part = context.parts[name]
             try:
                 before, data = self._with_parameters(name, part, node)
-            except Untranslatable:
+            except Unwritable:
                 before, data = self._data(name, part), self._flat(f"{name}::data")
             chunks += before
             if not control:
@@ -382,7 +382,7 @@ class _Export:
             Untranslatable: CSPm has no short form for it.
         """
         if self.top & prelude.BUILTINS:
-            raise Untranslatable("functions that the script calls otherwise")
+            raise Unwritable("functions that the script calls otherwise")
         context = self._context()
         symbols = sorted(self.names.top_level, key=lambda symbol: symbol.endswith(OBJECTS))
         datatypes = {given_name(symbol): symbol for symbol in symbols}
@@ -390,7 +390,7 @@ class _Export:
         def heads(datatype: str) -> list[Any]:
             symbol = self.names.top_level.get(datatypes.get(datatype, ""))
             if symbol is None or not isinstance(symbol.declaration, syntax.DatatypeDeclaration):
-                raise Untranslatable(datatype)
+                raise Unwritable(datatype)
             constructors = symbol.declaration.constructors
             return [self.frame.unit.head(self.names.symbol(constructor)) for constructor in constructors]
 
@@ -408,7 +408,7 @@ class _Export:
             paths = (f"{name}::{kind}{number or ''}" for number in count())
             return self._flat(next(path for path in paths if path not in self.made))
 
-        expressions = Expressions(context.evaluator(name), literal, self.taken, fresh)
+        expressions = ExpressionWriter(context.evaluator(name), literal, self.taken, fresh)
         done = self._flat(f"{name}::{node.done.text}") if part.done is not None else None
         variables = part.variables
 

@@ -14,7 +14,7 @@ from typing import Any, Final
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Apply, Binder, Comprehension, Construct, Field, If, Quantifier, Record, Term, Variable
-from cspcheck.cspm.oz.values.evaluation import Evaluator
+from cspcheck.cspm.oz.values.evaluation import TermEvaluator
 from cspcheck.cspm.oz.values.readings import COLLECTIONS
 from cspcheck.cspm.oz.values.terms import conjuncts, free_variables, shape
 from cspcheck.cspm.oz.writing import relations
@@ -35,11 +35,11 @@ _INTERVAL: Final = re.compile(r"\{(-?\d+)\.\.(-?\d+)\}")
 _EVERYTHING: Final = frozenset({"Bool", "Int", "Real", "All"})
 
 
-class Untranslatable(Exception):
+class Unwritable(Exception):
     """CSPm has no short form for a term."""
 
 
-class Expressions:
+class ExpressionWriter:
     """Writes the terms of one class.
 
     Args:
@@ -51,7 +51,7 @@ class Expressions:
 
     def __init__(
         self,
-        evaluator: Evaluator,
+        evaluator: TermEvaluator,
         literal: Callable[[Any, core.Type], str],
         taken: Container[str],
         fresh: Callable[[str], str],
@@ -144,7 +144,7 @@ class Expressions:
             case Variable():
                 found = self.known.get((term.name, term.role))
                 if found is None:
-                    raise Untranslatable(term.name)
+                    raise Unwritable(term.name)
                 return found
             case Construct(argument=None):
                 return term.constructor, ATOM
@@ -166,7 +166,7 @@ class Expressions:
                 return self._comprehension(term), ATOM
             case Apply():
                 return self._applied(term)
-        raise Untranslatable(term)
+        raise Unwritable(term)
 
     def _closed(self, term: Term) -> str | None:
         """The value of a term without variables, if it can be written."""
@@ -174,7 +174,7 @@ class Expressions:
             return None
         try:
             return self.value(self._evaluator.value(term), term.type)
-        except (Failure, ScriptError, Untranslatable):
+        except (Failure, ScriptError, Unwritable):
             return None
 
     def value(self, value: Any, type_: core.Type) -> str:
@@ -228,7 +228,7 @@ class Expressions:
     def _applied(self, term: Apply) -> Written:
         operator, operands = term.operator, term.operands
         if any(isinstance(operand.type, core.RealType) for operand in operands) and operator not in ("equal", "in"):
-            raise Untranslatable("CSPm has no arithmetic of real numbers")
+            raise Unwritable("CSPm has no arithmetic of real numbers")
         if operator in INFIX:
             sign, tight = INFIX[operator]
             left_too = tight in (COMPARED,)
@@ -245,7 +245,7 @@ class Expressions:
             return f"{self.helper(operator)}({self.text(operands[0])})", ATOM
         rule = _RULES.get(operator)
         if rule is None:
-            raise Untranslatable(operator)
+            raise Unwritable(operator)
         return rule(self, *operands)
 
     def helper(self, operator: str) -> str:
@@ -280,7 +280,7 @@ class Expressions:
                 generators = [f"{name} <- {self.values(part)}" for name, part in zip(names, operands, strict=True)]
                 return f"{{({', '.join(names)}) | {', '.join(generators)}}}"
         if isinstance(carrier, Apply) and carrier.operator in COLLECTIONS:
-            raise Untranslatable(carrier.operator)
+            raise Unwritable(carrier.operator)
         return self.text(carrier)
 
     def _listed(self, carrier: Term) -> str:
@@ -288,9 +288,9 @@ class Expressions:
         try:
             found = self._evaluator.enumerate(carrier)
         except (Failure, ScriptError):
-            raise Untranslatable("an infinite set") from None
+            raise Unwritable("an infinite set") from None
         if len(found) > MOST_LISTED:
-            raise Untranslatable("a large set")
+            raise Unwritable("a large set")
         return self._literal(frozenset(found), carrier.type)
 
     def members(self, value: Written, carrier: Term) -> list[str]:
@@ -308,7 +308,7 @@ class Expressions:
             elif carrier.operator in ("power", "power1", "finset", "finset1"):
                 size = [f"card({value[0]}) <= {reading.bound}"]
             else:
-                raise Untranslatable(carrier.operator)
+                raise Unwritable(carrier.operator)
         if not isinstance(carrier, Apply):
             return self._among(value, carrier)
         operands = carrier.operands
@@ -435,49 +435,49 @@ class Expressions:
 # --- operators that need more than a name ----------------------------------------------------------------------------
 
 
-def _keys(self: Expressions, value: str) -> str:
+def _keys(self: ExpressionWriter, value: str) -> str:
     k = self.local("k")
     return f"{{{k} | ({k}, _) <- set(mapToList({value}))}}"
 
 
 def _display(left: str, right: str) -> Callable[..., Written]:
-    def rule(self: Expressions, *operands: Term) -> Written:
+    def rule(self: ExpressionWriter, *operands: Term) -> Written:
         return f"{left}{', '.join(self.text(operand, 50) for operand in operands)}{right}", ATOM
 
     return rule
 
 
-def _implies(self: Expressions, left: Term, right: Term) -> Written:
+def _implies(self: ExpressionWriter, left: Term, right: Term) -> Written:
     return f"{self.negated(left)} or {self.text(right, OR + 1)}", OR
 
 
-def _not(self: Expressions, operand: Term) -> Written:
+def _not(self: ExpressionWriter, operand: Term) -> Written:
     if isinstance(operand, Apply) and operand.operator == "equal":
         left, right = (self.text(part, COMPARED + 1) for part in operand.operands)
         return f"{left} != {right}", COMPARED
     return f"not {self.text(operand, COMPARED)}", NOT
 
 
-def _in(self: Expressions, value: Term, carrier: Term) -> Written:
+def _in(self: ExpressionWriter, value: Term, carrier: Term) -> Written:
     said = self.members(self.written(value), carrier)
     if len(said) == 1:
         return said[0], ATOM if said[0].startswith(("member(", "empty(")) else NOT
     return (" and ".join(said), AND) if said else ("true", ATOM)
 
 
-def _apply(self: Expressions, function: Term, argument: Term) -> Written:
+def _apply(self: ExpressionWriter, function: Term, argument: Term) -> Written:
     if isinstance(function.type, core.SequenceType):
         return f"{self.helper('nth')}({self.text(function)}, {self.text(argument)})", ATOM
     if isinstance(function.type, core.BagType):
         return relations.counted(self, function, argument)
     if not isinstance(function.type, core.FunctionType):
-        raise Untranslatable("apply")
+        raise Unwritable("apply")
     if isinstance(function, Apply) and function.operator == "sequence_to_function":
         return _apply(self, function.operands[0], argument)
     return f"mapLookup({self.text(function)}, {self.text(argument)})", ATOM
 
 
-def _function(self: Expressions, *pairs: Term) -> Written:
+def _function(self: ExpressionWriter, *pairs: Term) -> Written:
     return f"mapFromList(<{', '.join(self.text(pair) for pair in pairs)}>)", ATOM
 
 
@@ -487,18 +487,18 @@ def _peeled(term: Term) -> Term:
     return term
 
 
-def _domain(self: Expressions, function: Term) -> Written:
+def _domain(self: ExpressionWriter, function: Term) -> Written:
     function = _peeled(function)
     return _keys(self, self.text(function)) if isinstance(function.type, core.FunctionType) else _side(
         self, function, 0
     ), ATOM
 
 
-def _range(self: Expressions, function: Term) -> Written:
+def _range(self: ExpressionWriter, function: Term) -> Written:
     return _side(self, _peeled(function), 1), ATOM
 
 
-def _side(self: Expressions, relation: Term, place: int) -> str:
+def _side(self: ExpressionWriter, relation: Term, place: int) -> str:
     if isinstance(relation.type, core.SequenceType):
         text = self.text(relation, ATOM)
         return f"set({text})" if place else f"{{1..#{text}}}"
@@ -510,7 +510,7 @@ def _side(self: Expressions, relation: Term, place: int) -> str:
 def _restricted(*, place: int, keep: bool) -> Callable[..., Written]:
     """``S <| f`` and its like; *place*: which operand is the set, which is also the side of the pairs that it is of."""
 
-    def rule(self: Expressions, *operands: Term) -> Written:
+    def rule(self: ExpressionWriter, *operands: Term) -> Written:
         chosen, whole = operands[place], operands[1 - place]
         k, v = self.local("k"), self.local("v")
         test = f"{'' if keep else 'not '}member({v if place else k}, {self.text(chosen)})"
@@ -521,27 +521,27 @@ def _restricted(*, place: int, keep: bool) -> Callable[..., Written]:
     return rule
 
 
-def _relation(self: Expressions, function: Term) -> Written:
+def _relation(self: ExpressionWriter, function: Term) -> Written:
     return f"set(mapToList({self.text(function)}))", ATOM
 
 
-def _filter(self: Expressions, sequence: Term, chosen: Term) -> Written:
+def _filter(self: ExpressionWriter, sequence: Term, chosen: Term) -> Written:
     x = self.local("x")
     return f"<{x} | {x} <- {self.text(sequence)}, member({x}, {self.text(chosen)})>", ATOM
 
 
-def _symmetric_difference(self: Expressions, left: Term, right: Term) -> Written:
+def _symmetric_difference(self: ExpressionWriter, left: Term, right: Term) -> Written:
     a, b = self.text(left), self.text(right)
     return f"union(diff({a}, {b}), diff({b}, {a}))", ATOM
 
 
-def _disjoint(self: Expressions, *operands: Term) -> Written:
+def _disjoint(self: ExpressionWriter, *operands: Term) -> Written:
     texts = [self.text(operand) for operand in operands]
     found = [f"empty(inter({a}, {b}))" for i, a in enumerate(texts) for b in texts[i + 1 :]]
     return (" and ".join(found), AND) if found else ("true", ATOM)
 
 
-def _item_of(self: Expressions, whole: Term, place: Term) -> Written:
+def _item_of(self: ExpressionWriter, whole: Term, place: Term) -> Written:
     assert isinstance(whole.type, core.TupleType)
     assert isinstance(place, core.Constant)
     return self._item(self.text(whole), int(place.value), len(whole.type.items)), ATOM

@@ -14,7 +14,7 @@ from cspcheck.cspm.oz import syntax as z
 from cspcheck.cspm.oz.reading.latex_commands import COMMANDS, CSP_SIGNS, WORDS
 from cspcheck.cspm.oz.reading.lexer import BINDERS, NAMING, OPERAND_ENDS, PREFIX, Scan, Token, tokens
 from cspcheck.cspm.oz.reading.operators import NUMBER_SETS, SPELLINGS
-from cspcheck.cspm.oz.writing.printer import Paragraphs
+from cspcheck.cspm.oz.writing.printer import ParagraphPrinter
 from cspcheck.cspm.oz.writing.printer_terms import ANYWHERE
 from cspcheck.cspm.parsing.lexer import tokenise
 from cspcheck.cspm.printing.layout import Doc, lay_out
@@ -128,7 +128,7 @@ class Writer:
     """Writes paragraphs and whole scripts."""
 
     def __init__(self) -> None:
-        self._printer = Paragraphs()
+        self._printer = ParagraphPrinter()
 
     def document(self, script: s.Script) -> str:
         """A document that holds all of a script."""

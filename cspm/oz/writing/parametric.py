@@ -17,9 +17,9 @@ from typing import Any, TypeGuard
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Apply, Term, Variable
 from cspcheck.cspm.oz.processes.meaning import DataPart, OperationPlan
-from cspcheck.cspm.oz.values.solving import Unknown
+from cspcheck.cspm.oz.values.solving import SoughtVariable
 from cspcheck.cspm.oz.values.terms import conjuncts, free_variables
-from cspcheck.cspm.oz.writing.expressions import Expressions, Key, Untranslatable
+from cspcheck.cspm.oz.writing.expressions import ExpressionWriter, Key, Unwritable
 from cspcheck.cspm.oz.writing.operators_cspm import ATOM
 from cspcheck.cspm.values.failure import Failure
 
@@ -45,7 +45,7 @@ def data_process(
     part: DataPart,
     channel: Callable[[str], str],
     done: str | None,
-    expressions: Expressions,
+    expressions: ExpressionWriter,
     state_text: Callable[[Sequence[Any]], list[str]],
 ) -> tuple[list[str], str]:
     """The definitions of a data part, and the expression for it at its start.
@@ -66,7 +66,7 @@ def data_process(
 
 class _Writer:
     def __init__(
-        self, name: str, part: DataPart, channel: Callable[[str], str], done: str | None, expressions: Expressions
+        self, name: str, part: DataPart, channel: Callable[[str], str], done: str | None, expressions: ExpressionWriter
     ) -> None:
         self.name = name
         self.part = part
@@ -98,7 +98,7 @@ class _Writer:
         expressions = self.expressions
         expressions.known.clear()
         model = self.part.model
-        unknowns = [Unknown(v.name, "before", v.carrier, v.span) for v in self.part.variables]
+        unknowns = [SoughtVariable(v.name, "before", v.carrier, v.span) for v in self.part.variables]
         found = self._statements(None, unknowns, (*(model.initial or ()), *model.invariant))
         values = [self._known(v.name, "before", 0) for v in self.part.variables]
         pattern = self._pattern(found.generated)
@@ -204,7 +204,7 @@ class _Writer:
     # --- statements ----------------------------------------------------------------------------------------------
 
     def _statements(
-        self, plan: OperationPlan | None, unknowns: Sequence[Unknown], predicates: Sequence[Term]
+        self, plan: OperationPlan | None, unknowns: Sequence[SoughtVariable], predicates: Sequence[Term]
     ) -> _Statements:
         """Statements that give the unknowns all values that satisfy the predicates.
 
@@ -238,10 +238,12 @@ class _Writer:
             found.generated.append(unknown.key)
             del left[unknown.key]
         if left or pending:
-            raise Untranslatable("carriers that depend on each other")
+            raise Unwritable("carriers that depend on each other")
         return found
 
-    def _solved(self, plan: OperationPlan | None, term: Term, left: dict[Key, Unknown], found: _Statements) -> bool:
+    def _solved(
+        self, plan: OperationPlan | None, term: Term, left: dict[Key, SoughtVariable], found: _Statements
+    ) -> bool:
         """Whether an equation gives unknowns their values."""
         if not (isinstance(term, Apply) and term.operator in ("equal", "iff")):
             return False
@@ -258,7 +260,7 @@ class _Writer:
         return False
 
     def _ends(
-        self, plan: OperationPlan | None, term: Term, whole: Term, left: dict[Key, Unknown], found: _Statements
+        self, plan: OperationPlan | None, term: Term, whole: Term, left: dict[Key, SoughtVariable], found: _Statements
     ) -> bool:
         """Whether ``<a, b> ^ s`` or ``s ^ <a, b>``, being *whole*, gives unknowns their values: ends and rest."""
         if not isinstance(whole.type, core.SequenceType):
@@ -294,7 +296,7 @@ class _Writer:
                 found.items.append(self.expressions.text(same, _AND))
         return True
 
-    def _define(self, plan: OperationPlan | None, unknown: Unknown, value: Term, found: _Statements) -> None:
+    def _define(self, plan: OperationPlan | None, unknown: SoughtVariable, value: Term, found: _Statements) -> None:
         """An unknown is what a term says, as far as that lies where it has to."""
         expressions = self.expressions
         expressions.known[unknown.key] = expressions.written(value)
@@ -306,12 +308,12 @@ class _Writer:
         if domain is not None:
             found.items.append(f"member({self._known(*unknown.key, 0)}, {domain})")
 
-    def _values(self, plan: OperationPlan | None, unknown: Unknown) -> str:
+    def _values(self, plan: OperationPlan | None, unknown: SoughtVariable) -> str:
         values = self.expressions.values(unknown.carrier)
         domain = self._domain(plan, unknown)
         return values if domain is None else f"inter({values}, {domain})"
 
-    def _domain(self, plan: OperationPlan | None, unknown: Unknown) -> str | None:
+    def _domain(self, plan: OperationPlan | None, unknown: SoughtVariable) -> str | None:
         """What the channel carries in a field, where that may be less than what the operation declares."""
         if plan is None:
             return None
@@ -320,13 +322,13 @@ class _Writer:
         if place is None:
             return None
         if domains is None:
-            raise Untranslatable("a field with infinitely many values")
+            raise Unwritable("a field with infinitely many values")
         carrier = unknown.carrier
         if not free_variables(carrier):
             try:
                 inside = set(self.part.evaluator.enumerate(carrier)) <= set(domains[place])
             except Failure as error:
-                raise Untranslatable("a carrier without a listing") from error
+                raise Unwritable("a carrier without a listing") from error
             if inside:
                 return None
         set_type = core.SetType(plan.parameters[place].type)

@@ -13,7 +13,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from cspcheck.cspm.oz import syntax as z
-from cspcheck.cspm.oz.writing.printer_terms import ANYWHERE, TermPlace, Terms, bracketed, enclosed, names
+from cspcheck.cspm.oz.writing.printer_terms import ANYWHERE, TermPlace, TermPrinter, bracketed, enclosed, names
 from cspcheck.cspm.printing.brackets import ANYWHERE as EVERYWHERE
 from cspcheck.cspm.printing.layout import HARD, LINE, WIDTH, Doc, cat, group, join, lay_out, nest, width
 from cspcheck.cspm.recursion import deep_recursion
@@ -43,7 +43,7 @@ def paragraph_document(node: s.Paragraph, printer: Printer) -> Printing:
     if isinstance(node, z.Class):
         for equation in node.equations:
             equations.append((yield equation, EVERYWHERE))
-    paragraphs = Paragraphs(printer.symbols, printer.broken, printer.separate)
+    paragraphs = ParagraphPrinter(printer.symbols, printer.broken, printer.separate)
     paragraphs.from_source = printer.from_source
     with deep_recursion():
         return paragraphs.paragraph(node, equations)
@@ -72,7 +72,7 @@ def _hints(node: z.Hints | None) -> str:
     return using + (f" by induction on {node.induction.name}" if node.induction is not None else "")
 
 
-class Paragraphs(Terms):
+class ParagraphPrinter(TermPrinter):
     """Prints paragraphs and the sections of classes."""
 
     def paragraph(self, node: s.Paragraph, equations: Sequence[Doc] = ()) -> Doc:
@@ -343,7 +343,7 @@ def _is_main(declaration: s.Node) -> bool:
 def print_term(node: z.Term, *, symbols: bool = False, width: int = WIDTH) -> str:
     """A term as text."""
     with deep_recursion():
-        return lay_out(Terms(symbols).term(node), width)
+        return lay_out(TermPrinter(symbols).term(node), width)
 
 
 def print_paragraph(node: s.Paragraph, *, symbols: bool = False, width: int = WIDTH) -> str:

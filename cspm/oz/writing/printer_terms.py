@@ -59,7 +59,7 @@ class TermPlace:
 ANYWHERE: Final = TermPlace()
 
 
-class Terms:
+class TermPrinter:
     """Prints terms.
 
     Args:

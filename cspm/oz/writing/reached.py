@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from cspcheck.cspm.evaluator.free import children
 from cspcheck.cspm.naming.symbols import Names
-from cspcheck.cspm.oz.processes.nodes import ClassModule, Foreign
+from cspcheck.cspm.oz.processes.nodes import ClassExpression, ClassModule
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.syntax.tree import Declaration, Node
 
@@ -39,7 +39,7 @@ class Reach:
         stack: list[Node] = list(nodes)
         while stack:
             current = stack.pop()
-            if isinstance(current, Foreign):
+            if isinstance(current, ClassExpression):
                 stack.extend(current.names)
             symbol = self._names.find(current) if isinstance(current, syntax.Name | syntax.NamePattern) else None
             if symbol is not None and symbol.declaration is not None:
@@ -66,4 +66,4 @@ def _declared_inside(declaration: Declaration) -> Iterator[Node]:
 
 
 def _has_foreign(declaration: Declaration) -> bool:
-    return any(isinstance(node, Foreign) for node in _declared_inside(declaration))
+    return any(isinstance(node, ClassExpression) for node in _declared_inside(declaration))

@@ -14,12 +14,12 @@ from cspcheck.cspm.oz.core import Apply, Term
 from cspcheck.cspm.oz.writing.operators_cspm import AND, ATOM, COMPARED
 
 if TYPE_CHECKING:
-    from cspcheck.cspm.oz.writing.expressions import Expressions
+    from cspcheck.cspm.oz.writing.expressions import ExpressionWriter
 
 Written = tuple[str, int]
 
 
-def pairs_of(self: Expressions, term: Term) -> str:
+def pairs_of(self: ExpressionWriter, term: Term) -> str:
     """The set of the pairs that a relation, a function, a bag or a sequence is."""
     text = self.text(term)
     match term.type:
@@ -31,18 +31,18 @@ def pairs_of(self: Expressions, term: Term) -> str:
     return text
 
 
-def _inverse(self: Expressions, term: Apply) -> Written:
+def _inverse(self: ExpressionWriter, term: Apply) -> Written:
     x, y = self.local("x"), self.local("y")
     return f"{{({y}, {x}) | ({x}, {y}) <- {pairs_of(self, term.operands[0])}}}", ATOM
 
 
-def _image(self: Expressions, term: Apply) -> Written:
+def _image(self: ExpressionWriter, term: Apply) -> Written:
     relation, among = term.operands
     x, y = self.local("x"), self.local("y")
     return f"{{{y} | ({x}, {y}) <- {pairs_of(self, relation)}, member({x}, {self.text(among)})}}", ATOM
 
 
-def _compose(self: Expressions, term: Apply) -> Written:
+def _compose(self: ExpressionWriter, term: Apply) -> Written:
     first, second = term.operands
     k, v, x, y = (self.local(letter) for letter in "kvxy")
     if isinstance(term.type, core.FunctionType):
@@ -53,16 +53,16 @@ def _compose(self: Expressions, term: Apply) -> Written:
     return f"{{({x}, {y}) | {generators}, {k} == {v}}}", ATOM
 
 
-def _closure(self: Expressions, term: Apply) -> Written:
+def _closure(self: ExpressionWriter, term: Apply) -> Written:
     return f"{self.helper(term.operator)}({pairs_of(self, term.operands[0])})", ATOM
 
 
-def _identity(self: Expressions, term: Apply) -> Written:
+def _identity(self: ExpressionWriter, term: Apply) -> Written:
     x = self.local("x")
     return f"{{({x}, {x}) | {x} <- {self.text(term.operands[0])}}}", ATOM
 
 
-def _override(self: Expressions, term: Apply) -> Written:
+def _override(self: ExpressionWriter, term: Apply) -> Written:
     whole, change = term.operands
     if isinstance(term.type, core.FunctionType):
         if isinstance(change, Apply) and change.operator == "function":
@@ -76,69 +76,69 @@ def _override(self: Expressions, term: Apply) -> Written:
     return f"union({{({x}, {y}) | {kept}}}, {new})", ATOM
 
 
-def _sequence_to_function(self: Expressions, term: Apply) -> Written:
+def _sequence_to_function(self: ExpressionWriter, term: Apply) -> Written:
     text, n = self.text(term.operands[0]), self.local("n")
     return f"mapFromList(<({n}, {self.helper('nth')}({text}, {n})) | {n} <- <1..#({text})>>)", ATOM
 
 
-def _extract(self: Expressions, term: Apply) -> Written:
+def _extract(self: ExpressionWriter, term: Apply) -> Written:
     places, sequence = term.operands
     text, n = self.text(sequence), self.local("n")
     chosen = f"member({n}, {self.text(places)})"
     return f"<{self.helper('nth')}({text}, {n}) | {n} <- <1..#({text})>, {chosen}>", ATOM
 
 
-def _suffix(self: Expressions, term: Apply) -> Written:
+def _suffix(self: ExpressionWriter, term: Apply) -> Written:
     reverse = self.helper("rev")
     left, right = (self.text(operand) for operand in term.operands)
     return f"{reverse}({left}) <= {reverse}({right})", COMPARED
 
 
-def _infix(self: Expressions, term: Apply) -> Written:
+def _infix(self: ExpressionWriter, term: Apply) -> Written:
     part, whole = (self.text(operand) for operand in term.operands)
     n, k, nth = self.local("n"), self.local("k"), self.helper("nth")
     piece = f"<{nth}({whole}, {n} + {k}) | {k} <- <1..#({part})>>"
     return f"not empty({{{n} | {n} <- {{0..#({whole}) - #({part})}}, {piece} == {part}}})", AND
 
 
-def _squash(self: Expressions, term: Apply) -> Written:
+def _squash(self: ExpressionWriter, term: Apply) -> Written:
     text, k = self.text(term.operands[0]), self.local("k")
     return f"<mapLookup({text}, {k}) | {k} <- seq({{{k} | ({k}, _) <- set(mapToList({text}))}})>", ATOM
 
 
-def _same(self: Expressions, term: Apply) -> Written:
+def _same(self: ExpressionWriter, term: Apply) -> Written:
     return self.written(term.operands[0])
 
 
-def counted(self: Expressions, bag: Term, item: Term) -> Written:
+def counted(self: ExpressionWriter, bag: Term, item: Term) -> Written:
     """How often an item is in a bag."""
     text, at = self.text(bag), self.text(item)
     return f"(if mapMember({text}, {at}) then mapLookup({text}, {at}) else 0)", ATOM
 
 
-def _count(self: Expressions, term: Apply) -> Written:
+def _count(self: ExpressionWriter, term: Apply) -> Written:
     return counted(self, *term.operands)
 
 
-def _in_bag(self: Expressions, term: Apply) -> Written:
+def _in_bag(self: ExpressionWriter, term: Apply) -> Written:
     item, bag = term.operands
     return f"mapMember({self.text(bag)}, {self.text(item)})", ATOM
 
 
-def _items(self: Expressions, term: Apply) -> Written:
+def _items(self: ExpressionWriter, term: Apply) -> Written:
     return f"{self.helper('items')}({self.text(term.operands[0])})", ATOM
 
 
-def _bag_display(self: Expressions, term: Apply) -> Written:
+def _bag_display(self: ExpressionWriter, term: Apply) -> Written:
     return f"{self.helper('items')}(<{', '.join(self.text(operand) for operand in term.operands)}>)", ATOM
 
 
-def _bag_union(self: Expressions, term: Apply) -> Written:
+def _bag_union(self: ExpressionWriter, term: Apply) -> Written:
     left, right = (self.text(operand) for operand in term.operands)
     return f"{self.helper('bag_union')}({left}, mapToList({right}))", ATOM
 
 
-RULES: Final[Mapping[str, Callable[[Expressions, Apply], Written]]] = {
+RULES: Final[Mapping[str, Callable[[ExpressionWriter, Apply], Written]]] = {
     "inverse": _inverse,
     "image": _image,
     "compose": _compose,

@@ -20,7 +20,7 @@ from cspcheck.cspm.recursion import deep_recursion
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.typing.constraints import Unsatisfied
 from cspcheck.cspm.typing.inference.context import Rejected
-from cspcheck.cspm.typing.inference.dependencies import Unit, components, units_of
+from cspcheck.cspm.typing.inference.dependencies import DependencyUnit, components, units_of
 from cspcheck.cspm.typing.inference.mistakes import explain
 from cspcheck.cspm.typing.inference.modules import ModuleRules
 from cspcheck.cspm.typing.inference.processes import EVENTS
@@ -106,7 +106,7 @@ class _Inference(ModuleRules):
             for symbol in unit.symbols
         ]
         found: list[Diagnostic] = []
-        failed: set[Unit] = set()
+        failed: set[DependencyUnit] = set()
         for unit in units:
             try:
                 self.annotate(unit.symbols)
@@ -130,7 +130,7 @@ class _Inference(ModuleRules):
         found.extend(self._compared())
         return sorted(found, key=_position)
 
-    def _group(self, group: list[Unit]) -> Diagnostic | None:
+    def _group(self, group: list[DependencyUnit]) -> Diagnostic | None:
         """Infer one group; what is wrong with it."""
         cycle = self.cycle(group)
         if cycle is not None:

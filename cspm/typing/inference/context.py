@@ -53,7 +53,7 @@ INFERS: Final = Dispatch[Callable[[Any, Any], Type]]("infer the type of")
 """The rules for expressions and patterns, by the form."""
 
 
-class Context:
+class InferenceContext:
     """The state of one inference.
 
     ``level`` is the depth of the definition at hand, see :class:`~cspcheck.cspm.typing.types.Variable`.

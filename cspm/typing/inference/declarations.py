@@ -10,7 +10,7 @@ from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.typing import messages as messages
 from cspcheck.cspm.typing.inference.annotations import AnnotationRules
 from cspcheck.cspm.typing.inference.context import INFERS, Rejected
-from cspcheck.cspm.typing.inference.dependencies import Unit, components, declared, units_of
+from cspcheck.cspm.typing.inference.dependencies import DependencyUnit, components, declared, units_of
 from cspcheck.cspm.typing.inference.views import decide_equality
 from cspcheck.cspm.typing.types import (
     COMPLETE,
@@ -73,7 +73,7 @@ class DeclarationRules(AnnotationRules):
             if annotation is not None:
                 self.views.schemes[symbol] = self.annotated_scheme(annotation)
 
-    def group(self, group: Sequence[Unit], depth: int) -> None:
+    def group(self, group: Sequence[DependencyUnit], depth: int) -> None:
         """Infer declarations that depend on each other and generalise them; *depth* is that of their modules.
 
         Raises:
@@ -97,7 +97,7 @@ class DeclarationRules(AnnotationRules):
             self._check_definite(unit.declaration)
         self.unifier.forget()
 
-    def _begin(self, group: Sequence[Unit]) -> None:
+    def _begin(self, group: Sequence[DependencyUnit]) -> None:
         """Give every symbol of the group without an annotation a type to be found out.
 
         Of a function it is known how many arguments it takes, so that a wrong call among the definitions of the group
@@ -113,7 +113,7 @@ class DeclarationRules(AnnotationRules):
                     self.defining[symbol] = unknown
                     self.views.schemes[symbol] = Scheme((), unknown)
 
-    def _end(self, group: Sequence[Unit]) -> None:
+    def _end(self, group: Sequence[DependencyUnit]) -> None:
         """Decide which datatypes of the group have equality."""
         decide_equality(
             [

@@ -16,7 +16,7 @@ from cspcheck.cspm.syntax import tree as syntax
 
 
 @dataclass(eq=False, slots=True)
-class Unit:
+class DependencyUnit:
     """One declaration with what it declares; ``uses`` are the units that must be known before it.
 
     ``module`` is the innermost module that it stands in, ``depth`` the number of modules with parameters around it.
@@ -26,20 +26,20 @@ class Unit:
     symbols: tuple[Symbol, ...]
     module: Symbol | None
     depth: int
-    uses: tuple[Unit, ...] = ()
-    inside: list[Unit] = field(default_factory=list)
+    uses: tuple[DependencyUnit, ...] = ()
+    inside: list[DependencyUnit] = field(default_factory=list)
     """Of a module: the units of everything declared in it, itself and modules in it included."""
 
 
-def units_of(declarations: Iterable[syntax.Declaration], names: Names) -> list[Unit]:
+def units_of(declarations: Iterable[syntax.Declaration], names: Names) -> list[DependencyUnit]:
     """The units of *declarations* in the order of the script, with what they use among themselves."""
     units = list(_collect(declarations, names, None, 0, ()))
-    owners: dict[Symbol, Unit] = {symbol: unit for unit in units for symbol in unit.symbols}
+    owners: dict[Symbol, DependencyUnit] = {symbol: unit for unit in units for symbol in unit.symbols}
     headers = {
         names.symbol(unit.declaration): unit for unit in units if isinstance(unit.declaration, syntax.ModuleDeclaration)
     }
     for unit in units:
-        found: dict[Unit, None] = {}
+        found: dict[DependencyUnit, None] = {}
         for symbol in _used(unit.declaration, names):
             defined = symbol.kind in (SymbolKind.FUNCTION, SymbolKind.VALUE) and symbol.instance is None
             if defined and names.annotation(symbol) is not None:
@@ -74,8 +74,8 @@ def _collect(
     names: Names,
     module: Symbol | None,
     depth: int,
-    headers: tuple[Unit, ...],
-) -> Iterator[Unit]:
+    headers: tuple[DependencyUnit, ...],
+) -> Iterator[DependencyUnit]:
     for declaration in declarations:
         match declaration:
             case syntax.IncludeDeclaration():
@@ -83,7 +83,7 @@ def _collect(
                 continue
             case syntax.ImportDeclaration() | syntax.AnnotationDeclaration():
                 continue
-        unit = Unit(declaration, tuple(declared(declaration, names)), module, depth)
+        unit = DependencyUnit(declaration, tuple(declared(declaration, names)), module, depth)
         for header in headers:
             header.inside.append(unit)
         yield unit
@@ -162,23 +162,23 @@ def _used(declaration: syntax.Declaration, names: Names) -> Iterator[Symbol]:
             waiting.extend(children(node))
 
 
-def components(units: Sequence[Unit]) -> list[list[Unit]]:
+def components(units: Sequence[DependencyUnit]) -> list[list[DependencyUnit]]:
     """The strongly connected components, each in the order of the script, users behind what they use.
 
     Tarjan's algorithm, without recursion.
     """
     position = {unit: i for i, unit in enumerate(units)}
-    number: dict[Unit, int] = {}
-    lowest: dict[Unit, int] = {}
-    stack: list[Unit] = []
-    on_stack: set[Unit] = set()
-    found: list[list[Unit]] = []
+    number: dict[DependencyUnit, int] = {}
+    lowest: dict[DependencyUnit, int] = {}
+    stack: list[DependencyUnit] = []
+    on_stack: set[DependencyUnit] = set()
+    found: list[list[DependencyUnit]] = []
     for root in units:
         if root in number:
             continue
-        work: list[tuple[Unit, Iterator[Unit]]] = []
+        work: list[tuple[DependencyUnit, Iterator[DependencyUnit]]] = []
 
-        def open_(unit: Unit, work: list[tuple[Unit, Iterator[Unit]]] = work) -> None:
+        def open_(unit: DependencyUnit, work: list[tuple[DependencyUnit, Iterator[DependencyUnit]]] = work) -> None:
             number[unit] = lowest[unit] = len(number)
             stack.append(unit)
             on_stack.add(unit)
@@ -201,7 +201,7 @@ def components(units: Sequence[Unit]) -> list[list[Unit]]:
                     above = work[-1][0]
                     lowest[above] = min(lowest[above], lowest[unit])
                 if lowest[unit] == number[unit]:
-                    component: list[Unit] = []
+                    component: list[DependencyUnit] = []
                     while True:
                         member = stack.pop()
                         on_stack.discard(member)
@@ -213,9 +213,9 @@ def components(units: Sequence[Unit]) -> list[list[Unit]]:
     return found
 
 
-def path(start: Sequence[Unit], goal: Unit) -> list[Unit]:
+def path(start: Sequence[DependencyUnit], goal: DependencyUnit) -> list[DependencyUnit]:
     """A shortest way from one of *start* to *goal* along uses, both ends included; empty if there is none."""
-    before: dict[Unit, Unit | None] = dict.fromkeys(start)
+    before: dict[DependencyUnit, DependencyUnit | None] = dict.fromkeys(start)
     queue = list(start)
     for unit in queue:
         if unit is goal:

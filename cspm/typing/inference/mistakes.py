@@ -39,7 +39,7 @@ from cspcheck.cspm.typing.types import (
     show,
     spread,
 )
-from cspcheck.cspm.typing.unification import CannotUnify, Clash, InfiniteType, TooLarge, TypeClash, Unifier
+from cspcheck.cspm.typing.unification import CannotUnify, Clash, InfiniteType, TypeClash, TypeTooLarge, Unifier
 
 LACKS = {
     EQ: "has no equality (Eq)",
@@ -67,7 +67,7 @@ def explain(
             return messages.splits_value(
                 node.span, writer.write(clash.expected), writer.write(clash.actual), role, labels
             )
-        case TooLarge():
+        case TypeTooLarge():
             return messages.type_too_large(node.span)
         case CannotUnify():
             pass

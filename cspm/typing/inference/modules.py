@@ -10,7 +10,7 @@ from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.typing import messages as messages
 from cspcheck.cspm.typing.inference.context import Rejected, first_line
 from cspcheck.cspm.typing.inference.declarations import DeclarationRules
-from cspcheck.cspm.typing.inference.dependencies import Unit, path
+from cspcheck.cspm.typing.inference.dependencies import DependencyUnit, path
 from cspcheck.cspm.typing.types import Type, free_variables
 
 
@@ -73,7 +73,7 @@ class ModuleRules(DeclarationRules):
                         )
                     ) from None
 
-    def cycle(self, group: Sequence[Unit]) -> Diagnostic | None:
+    def cycle(self, group: Sequence[DependencyUnit]) -> Diagnostic | None:
         """What is wrong with a group that has an instance in it and more than that, or uses the instance itself."""
         for unit in group:
             node = unit.declaration
@@ -89,7 +89,7 @@ class ModuleRules(DeclarationRules):
             )
         return None
 
-    def _unit_name(self, unit: Unit) -> str:
+    def _unit_name(self, unit: DependencyUnit) -> str:
         if unit.symbols:
             return self.views.qualified(unit.symbols[0])
         if isinstance(unit.declaration, syntax.ModuleDeclaration):

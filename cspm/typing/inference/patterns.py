@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from cspcheck.cspm.naming.symbols import SymbolKind
 from cspcheck.cspm.syntax import tree as syntax
-from cspcheck.cspm.typing.inference.context import INFERS, Context
+from cspcheck.cspm.typing.inference.context import INFERS, InferenceContext
 from cspcheck.cspm.typing.types import BOOL, CHAR, EQ, INT, Scheme, SequenceOf, SetOf, TupleOf, Type, dotted
 
 LITERALS: dict[str, Type] = {"int": INT, "bool": BOOL, "char": CHAR, "string": SequenceOf(CHAR)}
 
 
-class PatternRules(Context):
+class PatternRules(InferenceContext):
     """One rule for each form of pattern. A variable gets its type where its pattern is met."""
 
     @INFERS(syntax.NamePattern)

@@ -15,7 +15,7 @@ from cspcheck.cspm.typing.constraints import lacks_equality
 from cspcheck.cspm.typing.types import Datatype, Scheme, Type, Variable, free_variables, resolve, substitute
 
 
-class View:
+class InstanceView:
     """What an instance replaces in the types of its module.
 
     Annotations can name a datatype of an instance before the instance itself is inferred; until the view is ``ready``
@@ -42,11 +42,11 @@ class Views:
         """Of each module inferred so far, the types of its parameters (one for each pattern)."""
         self.depths: dict[Symbol, int] = {}
         """Of each module inferred so far, how many modules with parameters stand around it."""
-        self._views: dict[Symbol, View] = {}
+        self._views: dict[Symbol, InstanceView] = {}
         self._seen: dict[Symbol, Scheme] = {}
         self._datatypes: dict[Symbol, Datatype] = {}
         self._homes: dict[Datatype, Symbol | None] = {}
-        self._copies: dict[Datatype, tuple[View, Datatype]] = {}
+        self._copies: dict[Datatype, tuple[InstanceView, Datatype]] = {}
         self._fresh_copies: list[Datatype] = []
 
     # --- schemes ---------------------------------------------------------------------------------------------
@@ -68,7 +68,7 @@ class Views:
             scheme = self._seen[symbol] = self._through(self.view(instance), self.scheme(inner))
         return scheme
 
-    def _through(self, view: View, scheme: Scheme) -> Scheme:
+    def _through(self, view: InstanceView, scheme: Scheme) -> Scheme:
         type_ = self.replace(view, scheme.type)
         opened = [variable for variable in free_variables(type_) if variable in view.open]
         return Scheme((*scheme.variables, *opened), type_)
@@ -96,27 +96,27 @@ class Views:
         view = self.view(instance)
         return tuple([self.replace(view, type_) for type_ in self.parameter_types(inner)])
 
-    def view(self, instance: Symbol) -> View:
+    def view(self, instance: Symbol) -> InstanceView:
         """The view through a declared instance; whoever infers that fills it in."""
         view = self._views.get(instance)
         if view is None:
             assert instance.module is not None
-            view = self._views[instance] = View(instance, instance.module)
+            view = self._views[instance] = InstanceView(instance, instance.module)
         return view
 
-    def finish(self, view: View) -> None:
+    def finish(self, view: InstanceView) -> None:
         """Take note that the view is filled in."""
         view.ready = True
         self._fill_copies()
 
-    def replace(self, view: View, type_: Type) -> Type:
+    def replace(self, view: InstanceView, type_: Type) -> Type:
         """*type_*, of the view's module, as it is seen through the instance."""
         replaced = self._replace(view, type_)
         if self._fresh_copies:
             self._fill_copies()
         return replaced
 
-    def _replace(self, view: View, type_: Type) -> Type:
+    def _replace(self, view: InstanceView, type_: Type) -> Type:
         """Like :meth:`replace`, leaving new copies of datatypes without fields for now."""
 
         def replacement(head: Type) -> Type | None:
@@ -162,7 +162,7 @@ class Views:
             home = home.owner
         return home is not None
 
-    def _copy(self, view: View, datatype: Datatype) -> Datatype:
+    def _copy(self, view: InstanceView, datatype: Datatype) -> Datatype:
         copy = view.datatypes.get(datatype)
         if copy is None:
             inside = f"{self.qualified(view.module)}::"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hypothesis import given, settings, strategies as st
 
-from cspcheck.checker.explain.running import Component, Runner, Running, distinct_names
+from cspcheck.checker.explain.running import Runner, Running, RunningComponent, distinct_names
 from cspcheck.checker.semantics.derivation import Derivation, derive
 from cspcheck.checker.semantics.transitions import MoreStates, Semantics, breadth_first
 from cspcheck.cspm.process.events import TAU, TICK
@@ -156,4 +156,4 @@ def forever_once(event: int, name: str) -> Process:
 
 
 def test_components_are_told_apart_by_identity() -> None:
-    assert Component("A", None) != Component("A", None)
+    assert RunningComponent("A", None) != RunningComponent("A", None)

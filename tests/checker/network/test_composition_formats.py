@@ -7,7 +7,7 @@ from hypothesis import assume, event, given, settings, strategies as st
 
 from cspcheck.checker.network import placement
 from cspcheck.checker.network.compiler import compile_network
-from cspcheck.checker.network.components import Machines
+from cspcheck.checker.network.components import ComponentMachines
 from cspcheck.checker.network.formats import Formats
 from cspcheck.checker.network.network import Network, Rule, Switch
 from cspcheck.checker.network.placement import network_of
@@ -50,7 +50,7 @@ def interleaved(*operands: Process) -> Process:
 def of_formats(process: Process, small: int = 0) -> Network:
     """The network of formats of a process however small it is; terms of at most *small* states are left whole."""
     semantics = Semantics()
-    return network_of(Formats(process, semantics, Machines(semantics), small, 5_000), semantics.heads)
+    return network_of(Formats(process, semantics, ComponentMachines(semantics), small, 5_000), semantics.heads)
 
 
 CHANGING = layered(size=6)
@@ -117,7 +117,7 @@ class TestSameMachine:
         def compile_it(process: Process) -> Network:
             semantics = Semantics()
             try:
-                formats = Formats(process, semantics, Machines(semantics), 0, 5_000)
+                formats = Formats(process, semantics, ComponentMachines(semantics), 0, 5_000)
             except Unsuited:
                 assume(False)
             with pytest.MonkeyPatch.context() as patch:

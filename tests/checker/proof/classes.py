@@ -5,7 +5,7 @@ from __future__ import annotations
 from cspcheck.checker.proof.finding import Finding
 from cspcheck.checker.proof.obligations import discharge
 from cspcheck.checker.proof.prover import Prover
-from cspcheck.checker.proof.question import Settings
+from cspcheck.checker.proof.question import SolverSettings
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.typing.elaboration import elaborate
 from cspcheck.cspm.parsing.reading import parse
@@ -21,7 +21,7 @@ def prover(text: str, name: str | None = None, seconds: float = 10.0) -> Prover:
     """A prover for a class of a text, by default the last."""
     spec = specification(text)
     model = spec.classes[name] if name is not None else list(spec.classes.values())[-1]
-    return Prover(spec, model, Settings(seconds=seconds))
+    return Prover(spec, model, SolverSettings(seconds=seconds))
 
 
 def findings(text: str, *names: str, operation: str | None = None) -> list[Finding]:

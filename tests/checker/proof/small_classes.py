@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.values.carriers import Undefined
-from cspcheck.cspm.oz.values.evaluation import Evaluator
+from cspcheck.cspm.oz.values.evaluation import TermEvaluator
 
 NUMBERS = range(3)
 WIDE = range(-4, 9)
@@ -148,7 +148,7 @@ class Enumerated:
 
     def __init__(self, specification: core.Specification, model: core.ClassModel) -> None:
         self.model = model
-        self._evaluator = Evaluator(specification, model)
+        self._evaluator = TermEvaluator(specification, model)
         every = list(product(NUMBERS, (False, True)))
         self.states = [s for s in every if self._all(model.invariant, _before(s))]
         self.initial = [s for s in self.states if self._all(model.initial or (), _before(s))]

@@ -12,8 +12,8 @@ import pytest
 
 from cspcheck.checker.guard import Guard
 from cspcheck.checker.proof import channel, client, kept
-from cspcheck.checker.proof.client import Solver, SolverProcess
-from cspcheck.checker.proof.question import Found, Impossible, Part, Question, Request, Settings, Unanswered
+from cspcheck.checker.proof.client import SolverClient, SolverProcess
+from cspcheck.checker.proof.question import Constraint, Found, Impossible, Question, Request, SolverSettings, Unanswered
 from cspcheck.checker.proof.terms import equal, integer
 from cspcheck.cspm.interruption import Stopped
 from cspcheck.cspm.oz import core
@@ -22,8 +22,8 @@ from cspcheck.cspm.source import Source
 
 SPECIFICATION = core.Specification()
 X = Variable(type=core.INT, name="x", role="before")
-POSSIBLE = Question((Part(equal(X, integer(5)), "claim"),), (X,))
-IMPOSSIBLE = Question((Part(equal(X, integer(5)), "claim"), Part(equal(X, integer(6)), "claim")))
+POSSIBLE = Question((Constraint(equal(X, integer(5)), "claim"),), (X,))
+IMPOSSIBLE = Question((Constraint(equal(X, integer(5)), "claim"), Constraint(equal(X, integer(6)), "claim")))
 
 
 @pytest.fixture
@@ -35,8 +35,8 @@ def process(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[SolverP
     made.end()
 
 
-def solver(process: SolverProcess, **settings: float) -> Solver:
-    return Solver(SPECIFICATION, settings=Settings(**settings), process=process)  # type: ignore[arg-type]
+def solver(process: SolverProcess, **settings: float) -> SolverClient:
+    return SolverClient(SPECIFICATION, settings=SolverSettings(**settings), process=process)  # type: ignore[arg-type]
 
 
 def running(process: SolverProcess) -> int:
@@ -114,7 +114,7 @@ def test_nesting_without_measure_is_no_crash(process: SolverProcess) -> None:
 def process_answer(process: SolverProcess, term: core.Term) -> object:
     asked = solver(process)
     asked._kept = None
-    return asked.ask(Question((Part(term, "claim"),)))
+    return asked.ask(Question((Constraint(term, "claim"),)))
 
 
 class TestKeptAnswers:
@@ -141,8 +141,8 @@ class TestKeptAnswers:
     def test_do_not_depend_on_where_something_stands(self, process: SolverProcess) -> None:
         answers = kept.KeptAnswers(SPECIFICATION, None)
         source = Source("x.csp", "some text")
-        here = Question((Part(equal(X, integer(5)), "claim", source.span(0, 4)),), (X,))
-        there = Question((Part(equal(X, integer(5)), "claim", source.span(5, 9)),), (X,))
+        here = Question((Constraint(equal(X, integer(5)), "claim", source.span(0, 4)),), (X,))
+        there = Question((Constraint(equal(X, integer(5)), "claim", source.span(5, 9)),), (X,))
         assert answers.key(Request("ask", here, 1.0, (), 1)) == answers.key(Request("ask", there, 1.0, (), 1))
 
     def test_a_damaged_one_is_found_anew(self, process: SolverProcess, tmp_path: Path) -> None:
@@ -176,7 +176,7 @@ def test_only_values_of_ours_can_be_received() -> None:
         def __reduce__(self) -> object:
             return (os.system, ("true",))
 
-    with pytest.raises(channel.Foreign):
+    with pytest.raises(channel.ForeignValue):
         channel.unpacked(pickle.dumps(Evil()), channel.Sources())
-    with pytest.raises(channel.Foreign):
+    with pytest.raises(channel.ForeignValue):
         channel.unpacked(b"nonsense", channel.Sources())

@@ -6,7 +6,7 @@ from typing import Any
 
 from hypothesis import event, given, settings, strategies as st
 
-from cspcheck.checker.proof.question import Found, Impossible, Part, Question, Settings
+from cspcheck.checker.proof.question import Constraint, Found, Impossible, Question, SolverSettings
 from cspcheck.checker.proof.solver import Solver
 from cspcheck.checker.proof.terms import equal
 from cspcheck.cspm.oz import core
@@ -47,8 +47,8 @@ def ground(value: Any, type_: core.Type) -> Term:
 
 def asked(predicate: Term, env: dict[str, Any], scopes: tuple[int, ...]) -> Question:
     """Whether a predicate holds in an environment, as a question to the solver."""
-    known = [Part(equal(v, ground(env[v.name], v.type)), "value") for v in variables()]
-    return Question((*known, Part(predicate, "claim")), tuple(variables()))
+    known = [Constraint(equal(v, ground(env[v.name], v.type)), "value") for v in variables()]
+    return Question((*known, Constraint(predicate, "claim")), tuple(variables()))
 
 
 def variables() -> list[Variable]:
@@ -62,7 +62,7 @@ def test_a_predicate_is_impossible_exactly_where_it_is_false_or_undefined(
 ) -> None:
     predicate = data.draw(terms(BOOL))
     holds = interpret(predicate, env) is True
-    solver = Solver(SPECIFICATION, settings=Settings(seconds=0.5))
+    solver = Solver(SPECIFICATION, settings=SolverSettings(seconds=0.5))
     question = asked(predicate, env, ())
     attempt = solver._attempt(question, list(question.parts), scope, 0.3)
     event(f"{attempt.result}, holds: {holds}")
@@ -78,7 +78,9 @@ def test_a_predicate_is_impossible_exactly_where_it_is_false_or_undefined(
 def test_what_is_impossible_is_false_whatever_the_values(data: st.DataObject, env: dict[str, Any]) -> None:
     """Nothing but the predicate: a proof must hold for the values that Hypothesis draws."""
     predicate = data.draw(terms(BOOL, depth=2))
-    answer = Solver(SPECIFICATION, settings=Settings(seconds=0.5)).ask(Question((Part(predicate, "claim"),)))
+    answer = Solver(SPECIFICATION, settings=SolverSettings(seconds=0.5)).ask(
+        Question((Constraint(predicate, "claim"),))
+    )
     event(type(answer).__name__)
 
     if isinstance(answer, Impossible):
@@ -115,6 +117,6 @@ def test_extensional_equality_of_sequences() -> None:
 def test_integer_division_has_no_value_for_zero() -> None:
     zero = Constant(type=INT, value=0)
     quotient = Apply(type=INT, operator="div", operands=(zero, zero))
-    answer = Solver(SPECIFICATION).ask(Question((Part(equal(quotient, zero), "claim"),)))
+    answer = Solver(SPECIFICATION).ask(Question((Constraint(equal(quotient, zero), "claim"),)))
 
     assert isinstance(answer, Impossible)

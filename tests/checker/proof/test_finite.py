@@ -10,11 +10,11 @@ import pytest
 from cspcheck.checker.proof.cases import cases
 from cspcheck.checker.proof.definedness import Definedness
 from cspcheck.checker.proof.finite import found_in_scope
-from cspcheck.checker.proof.question import Part
+from cspcheck.checker.proof.question import Constraint
 from cspcheck.checker.proof.simulation import refinement, retrieve
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import BOOL, INT, Apply, Constant, If, Term, Variable
-from cspcheck.cspm.oz.values.evaluation import Evaluator
+from cspcheck.cspm.oz.values.evaluation import TermEvaluator
 from tests.checker.proof.classes import findings, prover, specification
 
 EXCHANGE = """
@@ -78,7 +78,7 @@ def test_two_phones_show_that_a_call_is_possible() -> None:
     asked = prover(EXCHANGE)
     operation = asked.model.operations["connect"]
     step = asked.situation.with_constants(asked.situation.step(operation))
-    parts = [Part(t, p.what) for p in step for t in asked.solver.definedness.holding([p.term])]
+    parts = [Constraint(t, p.what) for p in step for t in asked.solver.definedness.holding([p.term])]
 
     assert found_in_scope(asked.specification, asked.model, parts, (), 1, 10_000) is None
     found = found_in_scope(asked.specification, asked.model, parts, (), 2, 10_000)
@@ -158,7 +158,7 @@ def holds(term: Term, values: dict[tuple[str, core.Role], object]) -> bool:
     from cspcheck.cspm.oz.values.carriers import Undefined
 
     try:
-        return Evaluator(core.Specification()).holds(term, values)
+        return TermEvaluator(core.Specification()).holds(term, values)
     except Undefined:
         return False
 
@@ -166,7 +166,7 @@ def holds(term: Term, values: dict[tuple[str, core.Role], object]) -> bool:
 @pytest.mark.parametrize("seed", range(40))
 def test_a_predicate_holds_where_one_of_its_cases_does(seed: int) -> None:
     chance = random.Random(seed)
-    parts = (Part(predicate(chance, 2), "claim"), Part(predicate(chance, 1), "claim"))
+    parts = (Constraint(predicate(chance, 2), "claim"), Constraint(predicate(chance, 1), "claim"))
     split = cases(parts, Definedness({}).total)
 
     for p, q, r, n in product([False, True], [False, True], [False, True], [0, 1]):

@@ -14,7 +14,7 @@ from cspcheck.checker.proof.induction import opened
 from cspcheck.checker.proof.lemmas import Claim
 from cspcheck.checker.proof.prover import Prover
 from cspcheck.checker.proof.question import Impossible
-from cspcheck.checker.proof.replay import Replay, Replayed
+from cspcheck.checker.proof.replay import PredicateReplay, Replayed
 from cspcheck.cspm.oz import core, laws
 from cspcheck.cspm.source import Source
 from tests.checker.proof.classes import findings
@@ -48,7 +48,7 @@ def test_a_law_holds_of_small_values(name: str) -> None:
     held = 0
     for _ in range(60):
         values = {v: grounded(rng.choice(samples[v]), v.type, {}) for v in named.values()}
-        replay = Replay(specification, None, sizes, values)
+        replay = PredicateReplay(specification, None, sizes, values)
         if all(replay.holds(part.term) is Replayed.HOLDS for part in assumed):
             assert replay.holds(said) is Replayed.HOLDS, values
             held += 1

@@ -11,7 +11,7 @@ from cspcheck.checker.check import Checker
 from cspcheck.checker.checks import reducing, refinement, store
 from cspcheck.checker.network.compiler import compile_network
 from cspcheck.checker.packing.packed import pack
-from cspcheck.checker.reduction.composing import Unsuited, composed
+from cspcheck.checker.reduction.composing import NotComposable, composed
 from cspcheck.checker.search.exploration import explore
 from cspcheck.checker.verdict import Outcome, Verdict
 from cspcheck.cspm import script
@@ -86,7 +86,7 @@ class TestNothingIsLost:
         for model in ("F", "FD"):
             try:
                 left = composed(compile_network(process), model, lambda event: event, by_ties=ties).network
-            except Unsuited:
+            except NotComposable:
                 continue
             lts = explore(pack(left)).to_lts()
             small = [set(lts.successors(state)) for state in range(lts.states)]

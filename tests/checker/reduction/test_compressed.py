@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from cspcheck.checker.check import Checker
-from cspcheck.checker.checks import along
+from cspcheck.checker.checks import trace_runs
 from cspcheck.checker.reduction.compression import COMPRESSIONS
 from cspcheck.checker.verdict import Outcome, Verdict
 from cspcheck.cspm.process.terms import SKIP, STOP, Compressed, Hide, Process, Rename
@@ -58,7 +58,7 @@ class TestNothingIsLost:
     ) -> None:
         full, reducing = checker(full=True), checker()
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(along, "EXPLAINED_STATES", 1)
+            patch.setattr(trace_runs, "EXPLAINED_STATES", 1)
             for question in questions(p, q):
                 found, expected = question(reducing), question(full)
                 assert found.verdict == expected.verdict, told(p) + told(q)
@@ -169,7 +169,7 @@ class TestExplanation:
     def test_where_that_would_take_too_long_the_compressed_component_is_named(
         self, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        monkeypatch.setattr(along, "EXPLAINED_STATES", 1)
+        monkeypatch.setattr(trace_runs, "EXPLAINED_STATES", 1)
         system = interleave(Compressed("sbisim", timeout(then(a, SKIP), perhaps(STOP, then(b, STOP)))), forever(d))
         outcome = checker().check_refinement(forever(d), "T", system)
         assert outcome.counterexample is not None

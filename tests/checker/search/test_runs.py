@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings, strategies as st
 
 from cspcheck.checker.kernels import jit
 from cspcheck.checker.search import runs
-from cspcheck.checker.search.runs import Run, RunSet, RunWriter, Sieve, blocks_of, ordered, united
+from cspcheck.checker.search.runs import RunSet, RunWriter, Sieve, SortedRun, blocks_of, ordered, united
 from tests.examples import examples
 
 Row = tuple[int, ...]
@@ -47,7 +47,7 @@ def listed(rows: np.ndarray, stride: int) -> list[Row]:
     return [tuple(row) for row in rows.reshape(-1, stride).tolist()]
 
 
-def written(path: Path, rows: frozenset[Row], stride: int) -> Run:
+def written(path: Path, rows: frozenset[Row], stride: int) -> SortedRun:
     writer = RunWriter(path, 0, stride, own=True)
     for piece in cut(flat(rows, stride), stride, 3):
         writer.add(piece)

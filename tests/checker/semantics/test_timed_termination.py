@@ -11,7 +11,7 @@ from hypothesis import assume, event, given, settings, strategies as st
 
 from cspcheck.checker.network import endings
 from cspcheck.checker.network.compiler import Compiler, compile_network
-from cspcheck.checker.network.components import Joined, Machines, joined_machine
+from cspcheck.checker.network.components import ComponentMachines, Joined, joined_machine
 from cspcheck.checker.network.formats import Formats
 from cspcheck.checker.network.network import Network
 from cspcheck.checker.network.placement import network_of
@@ -119,7 +119,7 @@ class TestSameMachine:
         def compile_it(term: Process) -> Network:
             semantics = Semantics()
             try:
-                return network_of(Formats(term, semantics, Machines(semantics), small, 5_000), semantics.heads)
+                return network_of(Formats(term, semantics, ComponentMachines(semantics), small, 5_000), semantics.heads)
             except Unsuited as reason:
                 event(f"unsuited: {reason}")
                 assume(False)
@@ -135,7 +135,7 @@ class TestSameMachine:
         except LimitReached:
             assume(False)
         semantics = Semantics()
-        joined = Machines(semantics).of(semantics.state(process), Joined(CLOCK), 1_000).lts
+        joined = ComponentMachines(semantics).of(semantics.state(process), Joined(CLOCK), 1_000).lts
         assert strongly_bisimilar(rows_of(joined), rows_of(joined_machine(alone, CLOCK)))
 
 
@@ -167,4 +167,4 @@ class TestTakenApart:
         mixed = Parallel(CLOCK, (prefix(a, SKIP), ExternalChoice((TSKIP, prefix(b, STOP)))), CLOCK)
         semantics = Semantics()
         with pytest.raises(Unsuited, match="before the others"):
-            Formats(Sequential(in_step(mixed, LATER), STOP), semantics, Machines(semantics), 0, 5_000)
+            Formats(Sequential(in_step(mixed, LATER), STOP), semantics, ComponentMachines(semantics), 0, 5_000)

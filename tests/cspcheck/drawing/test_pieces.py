@@ -6,14 +6,14 @@ from math import hypot
 
 from hypothesis import given, settings, strategies as st
 
-from cspcheck.drawing.layout import Layout, Size
+from cspcheck.drawing.layout import PictureLayout, Size
 from cspcheck.drawing.pieces import GAP, in_pieces
 
 BOX = Size(80.0, 40.0)
 LABEL = Size(50.0, 15.0)
 
 
-def overlap(layout: Layout, sizes: list[Size]) -> bool:
+def overlap(layout: PictureLayout, sizes: list[Size]) -> bool:
     for i, (x, y) in enumerate(layout.centres):
         for j, (u, v) in enumerate(layout.centres[:i]):
             wide, high = (sizes[i].width + sizes[j].width) / 2, (sizes[i].height + sizes[j].height) / 2
@@ -49,7 +49,7 @@ def test_what_is_alone_stands_beside_the_largest_piece() -> None:
 
 
 def test_nothing_is_nothing() -> None:
-    assert in_pieces([], []) == Layout((), (), 0.0, 0.0)
+    assert in_pieces([], []) == PictureLayout((), (), 0.0, 0.0)
 
 
 @settings(deadline=None)

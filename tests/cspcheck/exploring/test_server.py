@@ -13,7 +13,7 @@ import pytest
 
 from cspcheck import checking
 from cspcheck.exploring.model import Explorer
-from cspcheck.exploring.server import Server
+from cspcheck.exploring.server import ExplorerServer
 
 SCRIPT = """\
 channel pick, put : {0..1}.{0..1}
@@ -26,11 +26,11 @@ BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil
 
 
 @pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ExplorerServer]:
     path: Path = tmp_path_factory.mktemp("x") / "table.csp"
     path.write_text(SCRIPT)
     script = checking.load(str(path), checking.Settings())
-    found = Server(Explorer(script, checking.Settings()))
+    found = ExplorerServer(Explorer(script, checking.Settings()))
     thread = threading.Thread(target=found.serve_forever, daemon=True)
     thread.start()
     yield found
@@ -38,7 +38,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     found.server_close()
 
 
-def get(server: Server, path: str, **headers: str) -> tuple[int, str]:
+def get(server: ExplorerServer, path: str, **headers: str) -> tuple[int, str]:
     request = urllib.request.Request(f"http://127.0.0.1:{server.port}{path}", headers=headers)
     try:
         with urllib.request.urlopen(request) as response:
@@ -47,22 +47,22 @@ def get(server: Server, path: str, **headers: str) -> tuple[int, str]:
         return error.code, error.read().decode()
 
 
-def test_the_token_is_needed(server: Server) -> None:
+def test_the_token_is_needed(server: ExplorerServer) -> None:
     assert get(server, "/")[0] == 403
     assert get(server, "/?token=guess")[0] == 403
     assert get(server, "/api/script")[0] == 403
     assert get(server, f"/?token={server.token}")[0] == 200
 
 
-def test_a_name_of_somebody_else_for_this_machine_is_refused(server: Server) -> None:
+def test_a_name_of_somebody_else_for_this_machine_is_refused(server: ExplorerServer) -> None:
     assert get(server, f"/?token={server.token}", Host=f"evil.example:{server.port}")[0] == 403
 
 
-def test_only_this_machine_is_listened_to(server: Server) -> None:
+def test_only_this_machine_is_listened_to(server: ExplorerServer) -> None:
     assert server.server_address[0] == "127.0.0.1"
 
 
-def test_answers(server: Server) -> None:
+def test_answers(server: ExplorerServer) -> None:
     status, text = get(server, f"/api/place?root=Table&way=&token={server.token}")
     assert status == 200
     assert [step["event"] for step in json.loads(text)["steps"]] == ["pick.0.0", "pick.1.1"]
@@ -94,7 +94,7 @@ def dumped(address: str, tmp_path: Path) -> str:
 
 
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium: the page is not tried in a browser")
-def test_the_page_in_a_browser(server: Server, tmp_path: Path) -> None:
+def test_the_page_in_a_browser(server: ExplorerServer, tmp_path: Path) -> None:
     page = dumped(f"{server.address}#root=Table&way=1.1", tmp_path)
     assert "Deadlock: nothing can happen" in page
     assert "waits for" in page
@@ -104,7 +104,7 @@ def test_the_page_in_a_browser(server: Server, tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium: the page is not tried in a browser")
-def test_a_way_that_is_none_goes_as_far_as_it_goes(server: Server, tmp_path: Path) -> None:
+def test_a_way_that_is_none_goes_as_far_as_it_goes(server: ExplorerServer, tmp_path: Path) -> None:
     page = dumped(f"{server.address}#root=Table&way=1.7.1", tmp_path)
     assert "the way of the address ends after 1: there is no step 7" in page
     assert "pick.0.0</a>" in page
@@ -126,7 +126,7 @@ def test_a_picture_in_a_browser_is_fitted(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium: the report is not tried in a browser")
-def test_a_report_in_a_browser(server: Server, tmp_path: Path) -> None:
+def test_a_report_in_a_browser(server: ExplorerServer, tmp_path: Path) -> None:
     from cspcheck.cli import run
 
     (tmp_path / "table.csp").write_text(SCRIPT)

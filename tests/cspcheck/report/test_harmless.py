@@ -21,7 +21,7 @@ from cspcheck.checker.verdict import (
 from cspcheck.cspm.diagnostics import Diagnostic, Label, Severity
 from cspcheck.cspm.source import Source
 from cspcheck.drawing import dot, html, sequence
-from cspcheck.drawing.picture import Edge, Node, Picture
+from cspcheck.drawing.picture import Edge, Picture, PictureNode
 from cspcheck.following import Departure
 from cspcheck.report import FORMATS, Format, report, scripts_report
 from cspcheck.report.style import Style, harmless, unobeyed
@@ -135,7 +135,7 @@ def test_in_what_is_not_a_report(text: str) -> None:
     swept = Swept({text: text}, [result], [hostile_diagnostic(text, Severity.ERROR)])
     check_lines(table([swept], [text], Style()))
     assert result.counterexample is not None
-    picture = Picture(text, (Node(text, "state", text),), (Edge(0, 0, (text,), "event"),))
+    picture = Picture(text, (PictureNode(text, "state", text),), (Edge(0, 0, (text,), "event"),))
     for drawn in (
         dot.render(picture),
         sequence.render(text, result.counterexample),

@@ -7,7 +7,7 @@ import random
 import pytest
 
 from cspcheck.checker.lts import Lts
-from cspcheck.checker.network.components import ALONE, Machines
+from cspcheck.checker.network.components import ALONE, ComponentMachines
 from cspcheck.checker.semantics.menus import States
 from cspcheck.checker.semantics.transitions import MoreStates, Semantics, breadth_first
 from cspcheck.cspm.diagnostics import ScriptError
@@ -42,7 +42,7 @@ def found(text: str, monkeypatch: pytest.MonkeyPatch, *, fused: bool) -> tuple[F
     try:
         initial = semantics.state(script.process("P"))
         if fused:
-            explored = Machines(semantics).of(initial, ALONE, MOST)
+            explored = ComponentMachines(semantics).of(initial, ALONE, MOST)
         else:
             explored = breadth_first(initial, semantics.transitions, MOST)
     except ScriptError as error:

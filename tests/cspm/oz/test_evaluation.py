@@ -24,13 +24,13 @@ from cspcheck.cspm.oz.core import (
     Variable,
 )
 from cspcheck.cspm.oz.values.carriers import Carrier, TooLarge, Unbounded, Undefined
-from cspcheck.cspm.oz.values.evaluation import Evaluator, Scope
-from cspcheck.cspm.oz.values.solving import Unknown, solver
+from cspcheck.cspm.oz.values.evaluation import FrameScope, TermEvaluator
+from cspcheck.cspm.oz.values.solving import SoughtVariable, solver
 from cspcheck.cspm.oz.values.values import Construction, Element, Graph, show
 from cspcheck.cspm.source import Source, Span
 from tests.cspm.oz.naive import FUN, INTS, NAMES, REL, SEQ, TRUE, apply, environments, interpret, number, terms
 
-EVALUATOR = Evaluator(core.Specification())
+EVALUATOR = TermEvaluator(core.Specification())
 TYPES = (BOOL, INT, INTS, SEQ, FUN, REL)
 NAT = apply("Nat", INTS)
 HERE = Span(Source("here", "reading"), 0, 7)
@@ -76,8 +76,8 @@ def test_a_solver_finds_exactly_the_solutions(data: st.DataObject, env: dict[str
         for values in product(range(-2, 4), repeat=2)
     }
 
-    scope = Scope(assignment(env))
-    found = solver(EVALUATOR, scope, [Unknown(name, "bound", carrier) for name in names], predicates)
+    scope = FrameScope(assignment(env))
+    found = solver(EVALUATOR, scope, [SoughtVariable(name, "bound", carrier) for name in names], predicates)
     frame = scope.frame(assignment(env))
     solutions: set[tuple[int, ...]] = set()
 
@@ -217,8 +217,8 @@ MESSAGES = Apply(type=SetType(MESSAGE), operator="All")
 QUEUES = Apply(type=SetType(core.SequenceType(MESSAGE)), operator="seq", operands=(MESSAGES,))
 
 
-def with_readings(*readings: core.FiniteReading, **more: Any) -> Evaluator:
-    return Evaluator(core.Specification(readings=readings, **more))
+def with_readings(*readings: core.FiniteReading, **more: Any) -> TermEvaluator:
+    return TermEvaluator(core.Specification(readings=readings, **more))
 
 
 def test_a_reading_says_what_is_taken_of_a_wide_set() -> None:
@@ -296,7 +296,7 @@ def test_constants_are_found_from_their_axioms() -> None:
     axioms = (apply("equal", BOOL, most, number(8)), apply("equal", BOOL, apply("plus", INT, half, half), most))
     bounded = (*axioms[:1], apply("equal", BOOL, half, apply("div", INT, most, number(2))))
 
-    evaluator = Evaluator(core.Specification(constants=tuple(declared), axioms=bounded))
+    evaluator = TermEvaluator(core.Specification(constants=tuple(declared), axioms=bounded))
 
     assert evaluator.constants == {"max": 8, "half": 4}
     assert evaluator.value(apply("plus", INT, most, number(1))) == 9

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from cspcheck.cspm.oz.reading.builder_paragraphs import Builder
+from cspcheck.cspm.oz.reading.builder_paragraphs import ParagraphBuilder
 from cspcheck.cspm.oz.reading.operators import SPELLINGS
 from cspcheck.cspm.oz.reading.reader import OZ, parse_paragraph, table
 from cspcheck.cspm.parsing.table import compute, from_json, table as stored
@@ -41,12 +41,16 @@ class TestTable:
             if rule.action is None:
                 assert rule.size == 1 or len(rule.kept) >= 1, rule
             elif rule.action not in ("nothing", "first", "more"):
-                assert callable(getattr(Builder, rule.action)), rule
+                assert callable(getattr(ParagraphBuilder, rule.action)), rule
 
     def test_every_method_is_the_action_of_a_rule(self) -> None:
         actions = {rule.action for rule in table().rules}
         helpers = {"token", "index_at"}
-        methods = {name for name in dir(Builder) if not name.startswith("_") and callable(getattr(Builder, name))}
+        methods = {
+            name
+            for name in dir(ParagraphBuilder)
+            if not name.startswith("_") and callable(getattr(ParagraphBuilder, name))
+        }
         assert methods - helpers <= actions
 
 

@@ -12,7 +12,7 @@ from hypothesis import given, settings, strategies as st
 
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.oz import core
-from cspcheck.cspm.oz.reading.latex_reader import Document
+from cspcheck.cspm.oz.reading.latex_reader import LatexDocument
 from cspcheck.cspm.oz.typing.elaboration import elaborate
 from cspcheck.cspm.parsing.reading import parse
 from cspcheck.cspm.source import Source
@@ -247,7 +247,7 @@ Quiet \defs Enter \hide (date?)
 Other \defs Enter[who?/name?] \lor \lnot Enter
 \end{zed}
 """
-    document = Document(Source("book.tex", markup), lambda path, place: ())
+    document = LatexDocument(Source("book.tex", markup), lambda path, place: ())
     assert document.errors == []
     records = elaborate(document.script()).specification.records
     four = ["known", "birthday", "known'", "birthday'"]

@@ -75,10 +75,10 @@ def test_a_conflict_in_the_grammar_is_refused() -> None:
 
 
 def test_every_action_of_the_grammar_has_its_method() -> None:
-    from cspcheck.cspm.parsing.builder import Tree
+    from cspcheck.cspm.parsing.builder import TreeBuilder
 
     actions = {rule.action for rule in table().rules if rule.action} - {"nothing", "first", "more"}
-    assert all(hasattr(Tree, action) for action in actions)
+    assert all(hasattr(TreeBuilder, action) for action in actions)
     for rule in table().rules:
         assert rule.action is not None or len(rule.kept) == 1
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from cspcheck.checker.network.components import Interrupting, Joined, Machines, Role, joined
+from cspcheck.checker.network.components import ComponentMachines, Interrupting, Joined, Role, joined
 from cspcheck.checker.network.shapes import Hole, Shapes, Unsuited
 from cspcheck.checker.semantics.steps import Row, Step
 from cspcheck.checker.semantics.transitions import Explored, MoreStates, Semantics, breadth_first
@@ -32,7 +32,7 @@ class BoundedMachines:
         most: how many states a component may have.
     """
 
-    def __init__(self, semantics: Semantics, machines: Machines, small: int, most: int) -> None:
+    def __init__(self, semantics: Semantics, machines: ComponentMachines, small: int, most: int) -> None:
         self.shapes = Shapes(self.is_small)
         self._semantics = semantics
         self._machines = machines
