@@ -206,12 +206,15 @@ class Prover:
             return False
         names = [] if self._proving else list(self.claims)
         claims = [claim for claim in map(self.claims.get, names) if claim is not None and self._holds(claim)]
-        return self._is_impossible(whole, [*claims, *fitting_laws(whole)], depth)
+        return self._is_impossible(whole, [*claims, *fitting_laws(whole)], depth, needed=True)
 
-    def _is_impossible(self, parts: tuple[Constraint, ...], claims: Sequence[Claim], depth: int = 2) -> bool:
+    def _is_impossible(
+        self, parts: tuple[Constraint, ...], claims: Sequence[Claim], depth: int = 2, *, needed: bool = False
+    ) -> bool:
         """Whether lemmas prove that nothing satisfies *parts*.
 
-        *depth* 1: by what they, and all else that holds of all values, say of the terms in the parts; 2: by all of it.
+        With *needed* nothing is tried where no lemma says anything. *depth* 1: by what they, and all else that holds of
+        all values, say of the terms in the parts; 2: by all of it.
         """
         helping = rules(claims, self.solver.definedness)
         spoken = [rule.part(rule.body) for rule in helping]
@@ -226,6 +229,8 @@ class Prover:
         told = instances([*helping, *quantified], plain, self.solver.definedness)
         # What holds of all values is mostly needed for a few alone, and a solver is quick without quantifiers.
         all_values = [part for rule in helping for part in whole(rule)]
+        if needed and not named(told) and not all_values:
+            return False
         for question, share in (((*plain, *told), 0.1), ((*total, *told, *all_values), 0.4))[:depth]:
             if self._late():
                 return False

@@ -7,8 +7,8 @@
 >>> evaluator.contains(carrier, value)                   # whether the set, not its reading, has a value
 
 Whoever evaluates often makes a :class:`FrameScope`, compiles once (:meth:`TermEvaluator.code`,
-:meth:`TermEvaluator.predicate`) and fills frames. Logic is that of Kleene: a predicate that has a truth value whatever an
-undefined part of it might be has that truth value, whichever way round it is written; otherwise
+:meth:`TermEvaluator.predicate`) and fills frames. Logic is that of Kleene: a predicate that has a truth value whatever
+an undefined part of it might be has that truth value, whichever way round it is written; otherwise
 :class:`~cspcheck.cspm.oz.values.carriers.Undefined` is raised, and never is a wrong value given.
 """
 
