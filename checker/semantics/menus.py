@@ -72,7 +72,10 @@ def steps_of(menu: Menu) -> list[tuple[int, Process]]:
     """The (event, process) pairs of a menu, in order; processes may be names."""
     steps: list[tuple[int, Process]] = []
     for group in menu:
-        if type(group[0][0]) is int:
+        if not group:
+            continue  # a choice between nothing
+        first = group[0]
+        if first and type(first[0]) is int:
             steps += group
         else:
             steps += steps_of(group)
