@@ -26,7 +26,7 @@ from tests.reference.verdicts import (
     nondeterminism,
 )
 
-CHECKS = int(os.environ.get("CSPCHECK_TRIPLES", "20000")) // 10
+CHECKS = int(os.environ.get("CSPCHECK_TRIPLES", "20000")) // 20
 SEED = int(os.environ.get("CSPCHECK_SEED", "1"))
 BATCH = 500
 

@@ -29,7 +29,7 @@ from tests.reference.verdicts import (
 
 pytestmark = pytest.mark.slow
 
-FAMILIES = max(1, int(os.environ.get("CSPCHECK_TRIPLES", "20000")) // 400)
+FAMILIES = max(1, int(os.environ.get("CSPCHECK_TRIPLES", "20000")) // 800)
 SEED = int(os.environ.get("CSPCHECK_SEED", "1"))
 NAMES = "PQRS"
 

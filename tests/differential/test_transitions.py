@@ -18,7 +18,7 @@ from tests.reference.text import script
 
 pytestmark = pytest.mark.slow
 
-FAMILIES = int(os.environ.get("CSPCHECK_TRIPLES", "20000")) // 40
+FAMILIES = int(os.environ.get("CSPCHECK_TRIPLES", "20000")) // 80
 SEED = int(os.environ.get("CSPCHECK_SEED", "1"))
 BATCH = 250
 

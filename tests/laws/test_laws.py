@@ -17,7 +17,7 @@ from tests.reference.verdicts import refinement
 
 pytestmark = pytest.mark.slow
 
-EXAMPLES = max(5, int(os.environ.get("CSPCHECK_TRIPLES", "20000")) // 3_000)
+EXAMPLES = max(4, int(os.environ.get("CSPCHECK_TRIPLES", "20000")) // 5_000)
 """For each law; each example is up to six refinements."""
 
 
