@@ -95,7 +95,7 @@ class Caller:
         collected = self._room.copy()
         try:
             for dtype, argument in zip(self._dtypes, arguments, strict=True):
-                if dtype is int or dtype is bool:
+                if dtype is int or dtype is bool:  # so frequent that it is not left to the call
                     collected.append(argument)
                 else:
                     collected += _words(dtype, argument)
@@ -111,7 +111,7 @@ class Caller:
         """What is wrong with the arguments of a call, told of the first that is."""
         for (name, _), dtype, argument in zip(self._parameters, self._dtypes, arguments, strict=True):
             try:
-                array("q", (argument,) if dtype is int or dtype is bool else _words(dtype, argument))
+                array("q", _words(dtype, argument))
             except TypeError as error:
                 return TypeError(f"{self.__name__}, argument {name}: {error}")
         raise AssertionError(f"{self.__name__} could be called after all")
@@ -124,7 +124,9 @@ _address = ctypes.addressof
 
 
 def _words(dtype: Any, argument: Any) -> Sequence[int]:
-    """The words of an argument that is an array of *dtype*, or a named tuple if that is no type of arrays."""
+    """The words of an argument: a number, an array of *dtype*, or a named tuple if that is no type of arrays."""
+    if dtype is int or dtype is bool:
+        return (argument,)
     if not isinstance(dtype, np.dtype):
         if argument.words is None:
             argument.words = _words_of_members(dtype, argument)
@@ -146,7 +148,7 @@ def _words_of_members(kind: Any, argument: Any) -> Sequence[int]:
 
     words = array("q")
     for (_, member), value in zip(members(kind), argument, strict=True):
-        words.extend((value,) if member is int or member is bool else _words(DTYPES.get(member, member), value))
+        words.extend(_words(DTYPES.get(member, member), value))
     return words
 
 

@@ -11,6 +11,7 @@ anything fails, and where a value is not what the types let expect, they evaluat
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence as Items
+from functools import reduce
 from typing import TYPE_CHECKING, Any
 
 from cspcheck.cspm.evaluator.builtins import Builtin
@@ -500,9 +501,7 @@ def _building(head: Head) -> Callable[[Env], Any]:
     """What makes the complete value of a constructor with these fields."""
 
     def build(fields: Env) -> Any:
-        value = head.value
-        for field in fields:
-            value = dot(value, field)
+        value = reduce(dot, fields, head.value)
         if type(value) is not Dotted or not value.complete:
             raise Retreat
         return value
@@ -514,9 +513,7 @@ def _numbering(head: ChannelHead) -> Callable[[Env], int]:
     """What finds the number of the event with these fields, and keeps it."""
 
     def number(fields: Env) -> int:
-        event = head.value
-        for field in fields:
-            event = dot(event, field)
+        event = reduce(dot, fields, head.value)
         if type(event) is not Event:
             raise Retreat
         found: int = head.numbers.setdefault(fields, event.number)

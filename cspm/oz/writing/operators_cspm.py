@@ -52,11 +52,7 @@ HELPERS: Final[Mapping[str, str]] = {
     "{name}(<{x}>^{s}, {a}) = {{mapUpdate({f}, {x}, {y}) | {f} <- {name}({s}, {a}), {y} <- {a}}}",
     "closure": "{name}({a}) = let {f}({s}) = let {n} = union({s}, {{({x}, {y}) | ({x}, {k}) <- {s}, ({v}, {y}) <- {a}, "
     "{k} == {v}}})\n  within if {n} == {s} then {s} else {f}({n})\nwithin {f}({a})",
-    "reflexive_closure": "{name}({a}) = let {f}({s}) = let {n} = union({s}, {{({x}, {y}) | ({x}, {k}) <- {s}, "
-    "({v}, {y}) <- {a}, {k} == {v}}})\n  within if {n} == {s} then {s} else {f}({n})\n"
-    "within {f}(union({a}, {{({x}, {x}) | ({k}, {v}) <- {a}, {x} <- {{{k}, {v}}}}}))",
-    "items": "{name}(<>) = emptyMap\n{name}(<{x}>^{s}) = let {f} = {name}({s})\n"
-    "within mapUpdate({f}, {x}, 1 + (if mapMember({f}, {x}) then mapLookup({f}, {x}) else 0))",
+    "with_identity": "{name}({a}) = union({a}, {{({x}, {x}) | ({k}, {v}) <- {a}, {x} <- {{{k}, {v}}}}})",
     "bag_union": "{name}({f}, <>) = {f}\n{name}({f}, <({x}, {n})>^{s}) = "
     "{name}(mapUpdate({f}, {x}, {n} + (if mapMember({f}, {x}) then mapLookup({f}, {x}) else 0)), {s})",
     "nth": "{name}({s}, {n}) = if {n} == 1 then head({s}) else {name}(tail({s}), {n} - 1)",

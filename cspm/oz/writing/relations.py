@@ -54,7 +54,11 @@ def _compose(self: ExpressionWriter, term: Apply) -> Written:
 
 
 def _closure(self: ExpressionWriter, term: Apply) -> Written:
-    return f"{self.helper(term.operator)}({pairs_of(self, term.operands[0])})", ATOM
+    return f"{self.helper('closure')}({pairs_of(self, term.operands[0])})", ATOM
+
+
+def _reflexive_closure(self: ExpressionWriter, term: Apply) -> Written:
+    return f"{self.helper('closure')}({self.helper('with_identity')}({pairs_of(self, term.operands[0])}))", ATOM
 
 
 def _identity(self: ExpressionWriter, term: Apply) -> Written:
@@ -126,11 +130,13 @@ def _in_bag(self: ExpressionWriter, term: Apply) -> Written:
 
 
 def _items(self: ExpressionWriter, term: Apply) -> Written:
-    return f"{self.helper('items')}({self.text(term.operands[0])})", ATOM
+    x = self.local("x")
+    return f"{self.helper('bag_union')}(emptyMap, <({x}, 1) | {x} <- {self.text(term.operands[0])}>)", ATOM
 
 
 def _bag_display(self: ExpressionWriter, term: Apply) -> Written:
-    return f"{self.helper('items')}(<{', '.join(self.text(operand) for operand in term.operands)}>)", ATOM
+    once = ", ".join(f"({self.text(operand)}, 1)" for operand in term.operands)
+    return f"{self.helper('bag_union')}(emptyMap, <{once}>)", ATOM
 
 
 def _bag_union(self: ExpressionWriter, term: Apply) -> Written:
@@ -143,7 +149,7 @@ RULES: Final[Mapping[str, Callable[[ExpressionWriter, Apply], Written]]] = {
     "image": _image,
     "compose": _compose,
     "closure": _closure,
-    "reflexive_closure": _closure,
+    "reflexive_closure": _reflexive_closure,
     "id": _identity,
     "override": _override,
     "sequence_to_function": _sequence_to_function,
