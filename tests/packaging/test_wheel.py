@@ -63,6 +63,10 @@ def test_the_wheel_holds_our_packages_their_data_and_the_examples(installed: Pat
     assert tops == {"cspcheck"}
     for package in (".", "cspm", "checker", "codegen"):
         assert (installed / "cspcheck" / package / "py.typed").is_file()
+    for room in ("checker", "codegen", "cspm"):
+        for path in (ROOT / room).rglob("*"):
+            if path.is_file() and "__pycache__" not in path.parts and path.suffix not in (".pyc", ".pickle"):
+                assert (installed / "cspcheck" / path.relative_to(ROOT)).is_file(), path
     assert (installed / "cspcheck" / "cspm" / "parsing" / "grammar" / "cspm.lark").is_file()
     assert (installed / "cspcheck" / "cspm" / "oz" / "reading" / "grammar" / "oz.lark").is_file()
     assert (installed / "cspcheck" / "specs" / "rov" / "rov.csp").is_file()
