@@ -473,13 +473,18 @@ class Machines:
         *,
         full: bool,
         at_hand: bool = False,
+        deepest: int | None = None,
     ) -> PairExploration:
-        """The reachable pairs of a specification's node and a state of a network; see :meth:`pairs`."""
+        """The reachable pairs of a specification's node and a state of a network; see :meth:`pairs`.
+
+        After traces of more events than the *deepest* has they are not looked at.
+        """
         found = explore_pairs(
             packed,
             specification,
             model,
             full=full,
+            deepest=deepest,
             limits=budget.remaining(),
             workers=self.workers,
             progress=self._progress,

@@ -50,7 +50,8 @@ class Job:
         packed: what is searched, without what only explanations need.
         pairs: the specification beside it.
         limits: of each process; the states are those of all together.
-        aims: whether to stop at a deadlock, at a divergence, at a violation, and whether to look for divergence.
+        aims: whether to stop at a deadlock, at a divergence, at a violation, and whether to look for divergence; the
+            last level to be looked at, if there is one.
         compiled: whether the kernels are compiled.
         checkpoint: the folder and the name of the search's checkpoint, if it has one.
     """
@@ -58,7 +59,7 @@ class Job:
     packed: PackedNetwork
     pairs: Pairs | None
     limits: Limits
-    aims: tuple[bool, bool, bool, bool]
+    aims: tuple[bool, bool, bool, bool, int | None]
     compiled: bool
     checkpoint: tuple[Path, str] | None = None
 
@@ -226,7 +227,7 @@ class SharedSearch(Findings):
             self.deadlock_level = level
         if (violated or earlier.violated or (divergence and self.pairs is not None)) and self.violation_level is None:
             self.violation_level = level
-        at_deadlock, at_divergence, at_violation, _ = self._job.aims
+        at_deadlock, at_divergence, at_violation, _, deepest = self._job.aims
         found = (
             (at_deadlock and self.deadlock_level is not None)
             or (at_divergence and self.divergence_level is not None)
@@ -235,6 +236,8 @@ class SharedSearch(Findings):
         self.complete = states == known
         if found and not self.complete:
             self.stop = "found"
+        elif level == deepest and not self.complete:
+            self.stop = "depth"
         if due and not self.complete and self.stop is None:
             self._write_checkpoint(deadlocks + earlier.deadlocks, violated | earlier.violated)
 
@@ -500,6 +503,7 @@ class ClusterSearch(SharedSearch):
         stop_at_divergence: bool = False,
         stop_at_violation: bool = False,
         look_for_divergence: bool = True,
+        deepest: int | None = None,
         progress: Callable[[Progress], None] | None = None,
         notify: Callable[[str], None] | None = None,
         compiled: bool | None = None,
@@ -510,6 +514,7 @@ class ClusterSearch(SharedSearch):
             stop_at_divergence,
             stop_at_violation,
             look_for_divergence and len(packed.cycling.items) > 0,
+            deepest,
         )
         if compiled is None:
             jit.kernels(True, notify)
