@@ -528,34 +528,48 @@ class ClusterSearch(SharedSearch):
             None if checkpoint is None else (checkpoint.folder, checkpoint.name),
         )
         cluster.ranks.hand_out(job)
-        super().__init__(cluster.ranks, job, progress, checkpoint)
+        self._latest: Progress | None = None
+        super().__init__(cluster.ranks, job, None if progress is None else self._note, checkpoint)
+        self._listener = progress
         self._cluster = cluster
         self._whole = packed
+        self._begun, self._over = threading.Lock(), threading.Event()
         self._error: BaseException | None = None
         self._ended_by: BaseException | None = None
 
     def run(self) -> None:
         """Search; whoever ends the check meanwhile ends the search in all processes."""
-        thread = threading.Thread(target=self._run, name="search")
-        thread.start()
         try:
-            while thread.is_alive():
-                thread.join(PROGRESS_SECONDS)
+            threading.Thread(target=self._run, name="search", daemon=True).start()
+            # Not `join`: where that is interrupted, CPython up to 3.12 takes the thread for one that has ended.
+            while not self._over.wait(PROGRESS_SECONDS):
+                # Who is told may end the check by that, which must not end the search in this process only.
+                latest, self._latest = self._latest, None
+                if self._listener is not None and latest is not None:
+                    self._listener(latest)
         except BaseException as error:
             self.cancel()
-            thread.join()
+            self._run()  # if nobody does it yet
+            self._over.wait()
             if not self.is_explored or not self.has_found:
                 raise
             self._ended_by = error
         if self._error is not None:
             raise self._error
 
+    def _note(self, progress: Progress) -> None:
+        self._latest = progress
+
     def _run(self) -> None:
+        if not self._begun.acquire(blocking=False):
+            return
         try:
             self.search()
         except BaseException as error:
             # The others do not know of it, and wait.
             self._error, self._cluster.is_broken = error, True
+        finally:
+            self._over.set()
 
     def walk(self) -> Walk:
         """The ways to what was found.
