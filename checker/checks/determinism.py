@@ -65,7 +65,8 @@ def deterministic(context: Context, process: Process, model: FailuresModel) -> O
         exploration = machines.exploration(process, aim, budget)
     level = exploration.divergence_level
     if level is not None and model == "FD":
-        context.failed(*context.covered(exploration, level))
+        if context.whole is None or level < context.whole:
+            context.failed(*context.covered(exploration, level))
         return _earlier_nondeterminism(context, process, exploration, level) or divergence_found(
             context, process, exploration, level
         )
@@ -77,6 +78,7 @@ def deterministic(context: Context, process: Process, model: FailuresModel) -> O
     try:
         trace = _first_nondeterminism(context, process, exploration)
         if trace is not None:
+            context.rely_on(len(trace))
             context.failed(*counts, _begun(context, trace))
         counterexample = None if trace is None else _explained(context, process, trace)
     except Incomplete as incomplete:
@@ -149,6 +151,7 @@ def _earlier_nondeterminism(context: Context, process: Process, exploration: Exp
         trace = _against_candidate(context, packed, chosen, level)
         if trace is None or (len(trace), trace) >= (level, divergence):
             return None
+        context.rely_on(len(trace))
         counterexample = _explained(context, process, trace)
     except Incomplete:
         return None
@@ -168,6 +171,7 @@ def _as_far_as_explored(context: Context, process: Process, exploration: Explora
             trace = _against_candidate(context, context.machines.packed(process, budget), chosen)
             # Beyond what was explored there may be a shorter trace than one that leads further.
             if trace is not None and len(trace) <= exploration.depth:
+                context.rely_on(len(trace))
                 context.failed(*counts, _begun(context, trace))
                 counterexample = _explained(context, process, trace)
                 return budget.outcome(Verdict.FAIL, None, *counts, counterexample)

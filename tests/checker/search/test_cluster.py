@@ -130,9 +130,10 @@ def test_an_interrupt_in_the_first_process_ends_the_search_in_all(
 
     def pressed(search: SharedSearch, *rest: Any) -> None:
         nonlocal expanded
-        expanded += search._ranks.rank == 0
-        if expanded == 3 and not by_listener:
-            os.kill(os.getpid(), signal.SIGINT)
+        if search._ranks.rank == 0:
+            expanded += 1
+            if expanded == 3 and not by_listener:
+                os.kill(os.getpid(), signal.SIGINT)
         expand(search, *rest)
 
     def stop(progress: Progress) -> None:
