@@ -19,6 +19,7 @@ import numpy as np
 
 from cspcheck.checker.kernels import (
     arrays as kernels_arrays,
+    company as kernels_company,
     diamonds as kernels_diamonds,
     expand as kernels_expand,
     levels as kernels_levels,
@@ -51,6 +52,7 @@ TAU_MODULES: tuple[ModuleType, ...] = (
     kernels_subsets,
     kernels_taus,
     kernels_diamonds,
+    kernels_company,
 )
 """Where those are that follow taus, and what they call. Most checks do without them, and without making them."""
 
@@ -88,6 +90,8 @@ TAU_ENTRIES: machine_code.Entries = {
     "saturate": (),
     "diamonds": (),
     "refine_by_signatures": (),
+    "expand_together": ONE_WORD,
+    "chase_taus": (),
 }
 """Those of them that are called from outside."""
 
@@ -132,6 +136,8 @@ class Kernels:
         saturate = staticmethod(kernels_taus.saturate)
         diamonds = staticmethod(kernels_diamonds.diamonds)
         refine_by_signatures = staticmethod(kernels_taus.refine_by_signatures)
+        expand_together = staticmethod(kernels_company.expand_together)
+        chase_taus = staticmethod(kernels_company.chase_taus)
 
     def __getattr__(self, name: str) -> Kernel:
         if name not in self._functions:
