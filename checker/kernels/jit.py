@@ -27,6 +27,7 @@ from cspcheck.checker.kernels import (
     pairs as kernels_pairs,
     partition as kernels_partition,
     runs as kernels_runs,
+    stubborn as kernels_stubborn,
     subsets as kernels_subsets,
     table as table_kernels,
     taus as kernels_taus,
@@ -36,6 +37,7 @@ T = TypeVar("T")
 
 MODULES: tuple[ModuleType, ...] = (
     table_kernels,
+    kernels_stubborn,
     kernels_expand,
     kernels_pairs,
     kernels_levels,

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cspcheck.checker.arrays import BoolArray, Int32Array, Int64Array, UInt8Array, distinct
-from cspcheck.checker.kernels.arrays import WORD, Index, Rules
+from cspcheck.checker.kernels.arrays import WORD, Index, Rules, no_stubborn_tables
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.network.network import Network, Switch
 from cspcheck.checker.packing.layout import Layout
@@ -337,6 +337,7 @@ def rules_in_arrays(layout: Layout, blocks: Sequence[Instances], products: Produ
         raises=_int64([]),
         yields=_int64([]),
         urgent=Index(_int64([]), _int64([]), _int64([]), _int64([]), _int64([0]), _int32([])),
+        stubborn=no_stubborn_tables(),
     )
 
 

@@ -68,6 +68,11 @@ class PackedNetwork:
         """How many words a state has."""
         return self.layout.words
 
+    @property
+    def is_narrowed(self) -> bool:
+        """Whether it is searched by partial order, which leaves states out."""
+        return len(self.rules.stubborn.word) > 0
+
     def pack(self, format: int, local_states: Sequence[int]) -> Int64Array:
         """The packed state, shape (words,). ``local_states`` has one entry per slot, 0 for slots not in use."""
         return packed_state(self.layout, format, local_states)
