@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cspcheck.checker.arrays import BoolArray, Int64Array
+from cspcheck.checker.arrays import BoolArray, Int64Array, among, distinct
 from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.search.walk import Transitions, Walk, backwards
 from cspcheck.checker.sparse_rows import gather_rows
@@ -57,7 +57,7 @@ def shortest_path(exploration: Exploration, goals: Int64Array, ranks: Int64Array
     walk.keep(walk.levels[last + 1])
     goals, ranks = goals[levels == last], ranks[levels == last]
     trail = _least_trail(walk, _marked(walk, goals, last), last)
-    reached = np.isin(goals, trail.members[last])
+    reached = among(goals, trail.members[last])
     best = goals[reached & (ranks == ranks[reached].min())]
     return _fewest_taus(walk, trail, best)
 
@@ -73,7 +73,7 @@ def _marked(walk: Walk, goals: Int64Array, last: int) -> BoolArray:
             for edges in walk.edges(first, end, [walk.packed.visible]):
                 forward = edges.targets >= end
                 forward[forward] = marks[edges.targets[forward]]
-                towards.append(np.unique(edges.sources[forward]))
+                towards.append(distinct(edges.sources[forward]))
             seeds = np.concatenate(towards)
         marks[seeds] = True
         sources, targets = walk.tau_edges(level)
@@ -109,7 +109,7 @@ def _least_trail(walk: Walk, marks: BoolArray, last: int) -> _Trail:
             forward &= (targets < walk.levels[level + 2]) & marks[np.minimum(targets, len(marks) - 1)]
             event = int(events[forward].min())
             trail.events.append(event)
-            start = np.unique(targets[forward & (events == event)])
+            start = distinct(targets[forward & (events == event)])
     return trail
 
 
@@ -119,8 +119,9 @@ def _closed_under_tau(walk: Walk, marks: BoolArray, start: Int64Array, level: in
     while len(frontier) and len(walk.packed.tau.items):
         targets = walk.steps(frontier, taus=True).targets
         targets = targets[(targets >= walk.levels[level]) & (targets < walk.levels[level + 1])]
-        frontier = np.setdiff1d(targets[marks[targets]], members)
-        members = np.union1d(members, frontier)
+        frontier = distinct(targets[marks[targets]])
+        frontier = frontier[~among(frontier, members)]
+        members = np.sort(np.concatenate([members, frontier]))
     return members
 
 
@@ -153,7 +154,7 @@ def _taus_ahead(walk: Walk, trail: _Trail, goals: Int64Array) -> list[Int64Array
         members = trail.members[level]
         taus = np.full(len(members), _FAR, dtype=np.int64)
         if level == len(trail.events):
-            taus[np.isin(members, goals)] = 0
+            taus[among(members, distinct(goals))] = 0
         else:
             steps = walk.steps(members, taus=False)
             chosen = steps.found.events == trail.events[level]
