@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cspcheck.checker.arrays import BoolArray, Int64Array
+from cspcheck.checker.arrays import BoolArray, Int64Array, distinct
 from cspcheck.checker.budget import Incomplete
 from cspcheck.checker.checks.choosing import chosen_part
 from cspcheck.checker.checks.context import Context, in_chunks
@@ -145,7 +145,7 @@ def _earlier_nondeterminism(context: Context, process: Process, exploration: Exp
     for this the divergence has to do.
     """
     divergence = visible(shortest_path(exploration, exploration.tau_cyclic(level)))
-    packed = exploration.packed
+    packed = context.machines.packed(process, context.budget)
     try:
         chosen = candidate(*chosen_part(packed, context.budget, level))
         trace = _against_candidate(context, packed, chosen, level)
@@ -239,7 +239,7 @@ def candidate(lts: Lts, beyond: BoolArray | None = None) -> NormalForm:
     again = np.zeros(lts.transitions, dtype=np.bool_)
     again[1:] = (lts.labels[1:] == lts.labels[:-1]) & (sources[1:] == sources[:-1])
     kept &= ~again
-    events: Int64Array = np.unique(lts.labels[lts.labels != TAU])
+    events: Int64Array = distinct(lts.labels[lts.labels != TAU])
     columns = np.searchsorted(events, lts.labels)
     accepting = StateAcceptances(lts, columns)
     nodes = int((~unstable).sum())
@@ -268,7 +268,7 @@ def _against_candidate(
     """
     pairs = context.machines.pairs_of(packed, chosen, "F", context.budget, full=False, deepest=deepest)
     if pairs.violation_level is not None:
-        goals = np.unique(np.array([violation.index for violation in pairs.violations()], dtype=np.int64))
+        goals = distinct(np.array([violation.index for violation in pairs.violations()], dtype=np.int64))
         return visible(shortest_path(pairs, goals))
     if not pairs.complete and pairs.stop != "depth":
         raise Incomplete(context.budget.shortfall(pairs, "nondeterminism"))
