@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cspcheck.checker.arrays import Int64Array
+from cspcheck.checker.arrays import Int64Array, distinct
 from cspcheck.checker.sparse_rows import gather_rows
 
 
@@ -47,7 +47,7 @@ class Lts:
 
     def alphabet(self) -> tuple[int, ...]:
         """The labels that occur, ascending."""
-        return tuple(int(label) for label in np.unique(self.labels))
+        return tuple(int(label) for label in distinct(self.labels))
 
     @classmethod
     def from_successors(cls, rows: Sequence[Iterable[tuple[int, int]]], root: int = 0) -> Lts:

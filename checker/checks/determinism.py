@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cspcheck.checker.arrays import Int64Array
+from cspcheck.checker.arrays import Int64Array, distinct
 from cspcheck.checker.budget import Incomplete
 from cspcheck.checker.checks.choosing import chosen_part
 from cspcheck.checker.checks.context import Context, in_chunks
@@ -229,7 +229,7 @@ def candidate(lts: Lts, beyond: int | None = None) -> NormalForm:
     again = np.zeros(lts.transitions, dtype=np.bool_)
     again[1:] = (lts.labels[1:] == lts.labels[:-1]) & (sources[1:] == sources[:-1])
     kept &= ~again
-    events: Int64Array = np.unique(lts.labels[lts.labels != TAU])
+    events: Int64Array = distinct(lts.labels[lts.labels != TAU])
     columns = np.searchsorted(events, lts.labels)
     accepting = StateAcceptances(lts, columns)
     nodes = int((~unstable).sum())
@@ -253,7 +253,7 @@ def _against_candidate(context: Context, packed: PackedNetwork, chosen: NormalFo
     """The first trace with nondeterminism, or None; the process must not diverge."""
     pairs = context.machines.pairs_of(packed, chosen, "F", context.budget, full=False)
     if pairs.violation_level is not None:
-        goals = np.unique(np.array([violation.index for violation in pairs.violations()], dtype=np.int64))
+        goals = distinct(np.array([violation.index for violation in pairs.violations()], dtype=np.int64))
         return visible(shortest_path(pairs, goals))
     if not pairs.complete:
         raise Incomplete(context.budget.shortfall(pairs, "nondeterminism"))

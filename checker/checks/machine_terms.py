@@ -14,7 +14,7 @@ from typing import Literal
 
 from cspcheck.checker.budget import Budget, Incomplete
 from cspcheck.checker.lts import Lts, reachable
-from cspcheck.checker.network.compiler import Compiler, LimitReached
+from cspcheck.checker.network.compiler import Company, Compiler, LimitReached
 from cspcheck.checker.network.priority import at_the_top
 from cspcheck.checker.reduction.bisimulation import strong_bisimulation
 from cspcheck.checker.reduction.compression import COMPRESSIONS
@@ -51,6 +51,7 @@ class MachineTerms:
 
     Args:
         explore: gives the explicit machine of a process, or raises ``Incomplete`` or ``LimitReached``.
+        company: gives the network of a large composition in which something is chased.
 
     Attributes:
         original: compiles processes without machines: what all this must be held against.
@@ -59,18 +60,18 @@ class MachineTerms:
         whole: the priority that is searched as a whole, and so becomes a machine only for machines inside it.
     """
 
-    def __init__(self, explore: Explore) -> None:
+    def __init__(self, explore: Explore, company: Company) -> None:
         self._explore = explore
         self._known: dict[tuple[Surroundings, Process], Process | None] = {}
         self._building: set[tuple[Surroundings, Process]] = set()
         self.budget: Budget | None = None
         self.whole: Process | None = None
         self._large: set[Process] = set()
-        self.original = Compiler()
+        self.original = Compiler(company=company)
         followed = self.original.semantics
-        self._strict = Compiler(semantics=Semantics(self._under_priority, followed=followed))
+        self._strict = Compiler(semantics=Semantics(self._under_priority, followed=followed), company=company)
         self.compiler = Compiler(
-            semantics=Semantics(self._anywhere, prioritised=self._strict.semantics, followed=followed)
+            semantics=Semantics(self._anywhere, prioritised=self._strict.semantics, followed=followed), company=company
         )
 
     def begin(self, process: Process, budget: Budget) -> None:

@@ -12,7 +12,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from cspcheck.checker.arrays import Int64Array
+from cspcheck.checker.arrays import Int64Array, distinct
 from cspcheck.checker.kernels.diamonds import DONE, FULL, Detour, Shortcuts
 from cspcheck.checker.kernels.jit import tau_kernels_for
 from cspcheck.checker.lts import Lts, machine, reachable
@@ -56,7 +56,7 @@ def eliminate_diamonds(lts: Lts) -> Lts:
 
 def _shortcuts(lts: Lts) -> tuple[Shortcuts, Int64Array]:
     """The machine as the kernel has it, and the events that its labels stand for."""
-    events: Int64Array = np.unique(lts.labels[lts.labels != TAU])
+    events: Int64Array = distinct(lts.labels[lts.labels != TAU])
     columns = np.searchsorted(events, lts.labels).astype(np.int64)
     before = np.concatenate([[0], np.cumsum(lts.labels == TAU)])
     starts, ends = np.ascontiguousarray(lts.offsets[:-1]), np.ascontiguousarray(lts.offsets[1:])

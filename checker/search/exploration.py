@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cspcheck.checker.arrays import Int64Array
+from cspcheck.checker.arrays import Int64Array, distinct
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.search.beyond import Beyond, prepared
@@ -264,7 +264,7 @@ def successors(packed: PackedNetwork, states: Int64Array) -> Successors:
 def enabled(packed: PackedNetwork, state: Int64Array) -> tuple[int, ...]:
     """The event identifiers that a packed state can perform, ascending; 0 for tau."""
     found = transitions_of(packed, None, np.asarray(state, dtype=np.int64))
-    return tuple(packed.events[np.unique(found.events)].tolist())
+    return tuple(packed.events[distinct(found.events)].tolist())
 
 
 def _distinct(
