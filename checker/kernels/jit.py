@@ -27,6 +27,7 @@ from cspcheck.checker.kernels import (
     pairs as kernels_pairs,
     partition as kernels_partition,
     runs as kernels_runs,
+    stubborn as kernels_stubborn,
     subsets as kernels_subsets,
     table as table_kernels,
     taus as kernels_taus,
@@ -36,6 +37,7 @@ T = TypeVar("T")
 
 MODULES: tuple[ModuleType, ...] = (
     table_kernels,
+    kernels_stubborn,
     kernels_expand,
     kernels_pairs,
     kernels_levels,
@@ -216,7 +218,10 @@ def _on_views(function: FunctionType) -> Kernel:
     """The function, called with memory views instead of arrays."""
 
     def call(*arguments: Any) -> Any:
-        return function(*map(_view, arguments))
+        # Written out, for there are so many calls with a few rows each.
+        return function(
+            *[a.data if type(a) is np.ndarray else _view(a) if isinstance(a, tuple) else a for a in arguments]
+        )
 
     return call
 

@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from cspcheck.checker.arrays import Int64Array
+from cspcheck.checker.arrays import Int64Array, distinct
 from cspcheck.checker.kernels.company import Company, Outcome
 from cspcheck.checker.kernels.jit import Kernels, kernels, tau_kernels
 from cspcheck.checker.lts import Lts, machine
@@ -259,7 +259,7 @@ class _Growth:
 
     def _answer(self, questions: Int64Array) -> None:
         """Work out transitions of the components that grow, given by component, local state and label."""
-        for slot in np.unique(questions[:, 0]).tolist():
+        for slot in distinct(questions[:, 0]).tolist():
             part, chased = self._parts[slot], self._composition.chased[slot]
             states, numbers = self._states[slot], self._numbers[slot]
             asked = questions[questions[:, 0] == slot]

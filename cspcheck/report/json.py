@@ -115,6 +115,8 @@ def _condition(result: Result) -> dict[str, Any]:
         found["readings"] = list(result.readings)
     if result.control:
         found["view"] = "control"
+    if result.outcome.reduction is not None:
+        found["reduction"] = result.outcome.reduction
     if result.coverage is not None:
         found["coverage"] = coverage_object(result.coverage)
     return found

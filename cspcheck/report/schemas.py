@@ -118,6 +118,7 @@ _RESULT: Final[Schema] = {
     "counterexample": _or_null(COUNTEREXAMPLE),
     "readings": TEXTS,
     "view": _one_of("control"),
+    "reduction": _one_of("partial order"),
     "coverage": COVERAGE,
 }
 _DIAGNOSTIC: Final[Schema] = {
@@ -131,7 +132,7 @@ _DIAGNOSTIC: Final[Schema] = {
     "end_column": MAYBE_NUMBER,
     "help": MAYBE_TEXT,
 }
-_CONDITIONS: Final = ("readings", "view", "coverage")
+_CONDITIONS: Final = ("readings", "view", "reduction", "coverage")
 RESULT: Final = _object(_RESULT, optional=_CONDITIONS)
 DIAGNOSTIC: Final = _object(_DIAGNOSTIC)
 SUMMARY: Final = _object({"pass": NUMBER, "fail": NUMBER, "unknown": NUMBER, "error": NUMBER})

@@ -61,7 +61,7 @@ def order_key(value: Any) -> list[Any]:
         elif kind is str:
             key += (2, item)
         elif kind is Real:
-            key += (1, item.value)
+            key += (1, item.key)
         elif kind is tuple:
             key.append(3)
             stack.extend(reversed(item))
