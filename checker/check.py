@@ -446,13 +446,18 @@ class Checker:
         try:
             machines, levels = self._machines.at_the_beginning(subject, budget, states)
             with during("looking at the beginning of the process", vague=True):
-                found = self._in_words(check(Context(machines, self._script.events, budget)))
-        except (Incomplete, ReplayFailure):
+                found = self._in_words(check(Context(machines, self._script.events, budget, self._sure, whole=levels)))
+        except (Incomplete, ReplayFailure) as error:
             # Beyond the levels that are there as a whole the machine has deadlocks that the process does not have.
-            return None
+            sure, self._sure.outcome = self._sure.outcome, None
+            if sure is None or not isinstance(error, Incomplete):
+                return None
+            return _untold(self._in_words(sure), error.reason)
         told = found.verdict is Verdict.PASS and length is not None and length < levels
         if found.counterexample is not None:
             told = sum(event != found.counterexample.tau for event in found.counterexample.trace) < levels
+        if not told:
+            self._sure.outcome = None
         return found if told else None
 
     def _in_words(self, outcome: Outcome) -> Outcome:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -52,6 +53,7 @@ def deadlock_free(context: Context, process: Process, model: FailuresModel) -> O
         if found.verdict is not Verdict.PASS or not may_terminate(exploration.packed.network):
             return found
         return replace(found, remarks=(*found.remarks, TERMINATES))
+    context.rely_on(level)
     context.failed(*context.covered(exploration, level))
     deadlocks = exploration.deadlocked(level)
     cycles = exploration.tau_cyclic(level) if divergence_counts else deadlocks[:0]
@@ -106,6 +108,7 @@ def divergence_free(context: Context, process: Process) -> Outcome:
 
 def divergence_found(context: Context, process: Process, exploration: Exploration, level: int) -> Outcome:
     """The failure of a process that can diverge, first on *level*."""
+    context.rely_on(level)
     counts = context.covered(exploration, level)
     context.failed(*counts)
     path = shortest_path(exploration, exploration.tau_cyclic(level))
@@ -142,10 +145,15 @@ def has_trace(context: Context, process: Process, trace: Sequence[int], model: N
     along = Along(context, process, trace, model, beyond=False)
     pairs, budget = along.pairs, context.budget
     counts = int(pairs.levels[-1]), pairs.transitions
+
+    def failed(length: int) -> None:
+        context.rely_on(length)
+        context.failed(*counts)
+
     for length, event in enumerate(trace):
         if length > pairs.depth:
             break
-        obstacle = _obstacle(along, length, event, model, lambda: context.failed(*counts))
+        obstacle = _obstacle(along, length, event, model, partial(failed, length))
         if obstacle is not None:
             context.failed(*counts, obstacle)
             if pairs.packed.network.is_compressed:

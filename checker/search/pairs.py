@@ -67,7 +67,7 @@ class Column:
             grown[: self.length] = self.array[: self.length]
             self.array = grown
 
-    def extend(self, numbers: Sequence[int]) -> None:
+    def extend(self, numbers: Sequence[int] | npt.NDArray[Any]) -> None:
         """Put numbers at the end."""
         self.reserve(self.length + len(numbers))
         self.array[self.length : self.length + len(numbers)] = numbers

@@ -54,12 +54,16 @@ class Rows:
                 return
             self.visited.grow(self._kernels)
 
+    def numbers(self, rows: Int64Array) -> Int64Array:
+        """The number of each row, in the order in which they were added; -1 of those that were not."""
+        count = len(rows) // self.visited.stride
+        numbers: Int64Array = np.full(count, -1, dtype=np.int64)
+        self.visited.find(self._kernels, np.ascontiguousarray(rows), count, numbers)
+        return numbers
+
     def has(self, rows: Int64Array) -> BoolArray:
         """Which of some rows are in the set."""
-        count = len(rows) // self.visited.stride
-        numbers = np.full(count, -1, dtype=np.int64)
-        self.visited.find(self._kernels, np.ascontiguousarray(rows), count, numbers)
-        found: BoolArray = numbers >= 0
+        found: BoolArray = self.numbers(rows) >= 0
         return found
 
 

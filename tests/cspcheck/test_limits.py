@@ -37,6 +37,15 @@ BUSY = {
         "normal(P) :[deadlock free]",
         "applying `normal` to a component of 62 states",
     ),
+    "a chase": (
+        """
+        external chase
+        channel a, b, c : {0..30}
+        P(i) = a.i -> b.i -> c.i -> P(i)
+        """,
+        "chase((||| i : {0..30} @ P(i)) \\ {| b |}) :[deadlock free]",
+        "building the machine of the process",
+    ),
     "a wait": (
         """
         channel coin, tea, tock
