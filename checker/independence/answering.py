@@ -2,34 +2,39 @@
 
 Two theorems are used, for types in which the processes are data independent (:mod:`.reading`, :mod:`.classes`):
 
-*Nothing is tested.* A map from the values of one size onto those of another then takes the machine of a process onto its
-machine at the other size, step by step in both directions (Lazić 1999, chapters 4 and 6; Roscoe 1997, theorem 15.3.1;
-*Understanding Concurrent Systems*, 2010, chapter 17). So deadlock and divergence are the same for all sizes. A refinement
-whose specification is determined by its trace (Norm) can be broken by a value that differs from *one* other, or by
-the offer of some values where all are demanded: two values show either. Nondeterminism is a run that offers an event and
-another that refuses it: the values of this event and one for all others show that.
+*Nothing is tested.* A map from the values of one size onto those of another then takes the machine of a process onto
+its machine at the other size, step by step in both directions (Lazić 1999; Roscoe 1997, 15.3.2; *Understanding
+Concurrent Systems*, 2010, chapter 17). So deadlock and divergence are the same for all sizes. A refinement whose
+specification is determined by its trace (Norm) can be broken by a value that differs from *one* other, or by the offer
+of some values where all are demanded: two values show either. Nondeterminism is a run that offers an event and another
+that refuses it: the values of this event and one for all others show that.
 
 *Values are tested for equality.* A permutation of the values is one of the states and takes steps to steps, and the
 states with certain values have the same steps between them whatever other values there are. With W values in a state
-at most, and k new ones in a step, what can be reached with W + k values is, up to permutations, what can be reached with any
-larger number (Lazić 1999, chapter 7; Roscoe 1997, theorem 15.3.2). The states of a refinement are those of both sides, the
-specification determined by its trace; of determinism, two of the process.
+at most, and k new ones in a step, what can be reached with W + k values is, up to permutations, what can be reached
+with any larger number (the same places, the general theorem). The states of a refinement are those of both sides, the
+specification determined by its trace; those of determinism are two of the process.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
 
 from cspcheck.checker.independence.reading import ProcessReader, ScriptReader
 from cspcheck.checker.independence.shapes import Determined, StateSize
 from cspcheck.checker.independence.uses import Dependent, total
 from cspcheck.checker.verdict import EverySize, Outcome, Verdict
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.evaluator.free import children
+from cspcheck.cspm.naming.resolve import resolve
+from cspcheck.cspm.naming.symbols import Names, Symbol, SymbolKind
 from cspcheck.cspm.oz.processes.desugaring import given_name
 from cspcheck.cspm.recursion import deep_recursion
 from cspcheck.cspm.syntax import tree as s
-from cspcheck.cspm.naming.symbols import Names, Symbol, SymbolKind
+from cspcheck.cspm.typing.inference import infer
 
 if TYPE_CHECKING:
     from cspcheck.cspm.script import Script
@@ -50,8 +55,8 @@ def for_every_size(assertion: s.Assertion, script: Script, outcome: Outcome) -> 
         return ()
     found: list[EverySize] = []
     with deep_recursion():
-        for symbol in _candidates(script.names):
-            found += _claim(assertion, script.names, script.types, symbol, outcome.verdict)
+        for reading in _readings(script):
+            found += _claim(assertion, reading, outcome.verdict)
     return tuple(found)
 
 
@@ -64,13 +69,94 @@ def _is_covered(assertion: s.Assertion) -> bool:
     return False
 
 
-def _candidates(names: Names) -> Iterator[Symbol]:
+@dataclass(frozen=True, slots=True)
+class _TypeReading:
+    """A script with the names and types in which one type is a datatype of constants."""
+
+    names: Names
+    types: Types
+    symbol: Symbol
+    size: int
+
+
+_known: WeakKeyDictionary[Any, list[_TypeReading]] = WeakKeyDictionary()
+
+
+def _readings(script: Script) -> list[_TypeReading]:
+    """The types of a script whose size may make no difference, each with the script read so that it is a datatype."""
+    found = _known.get(script)
+    if found is None:
+        found = _known[script] = [*_datatypes(script), *_ranges(script)]
+    return found
+
+
+def _datatypes(script: Script) -> Iterator[_TypeReading]:
     """The datatypes that consist of constants."""
-    for symbol in names.top_level.values():
+    for symbol in script.names.top_level.values():
         declaration = symbol.declaration
         if symbol.kind is SymbolKind.DATATYPE and isinstance(declaration, s.DatatypeDeclaration):
-            if declaration.constructors and all(c.fields is None for c in declaration.constructors):
-                yield symbol
+            constructors = declaration.constructors
+            if constructors and all(c.fields is None for c in constructors) and script.types is not None:
+                yield _TypeReading(script.names, script.types, symbol, len(constructors))
+
+
+def _ranges(script: Script) -> Iterator[_TypeReading]:
+    """The sets of numbers, such as ``DATA = {0..2}``, that channels carry and that could as well be a datatype.
+
+    They could where the script still has a type with a datatype in their place: then nobody calculates with their
+    elements, names one, or takes one for a number.
+    """
+    if script.classes is not None:
+        return
+    carried = _carried(script)
+    for name, symbol in script.names.top_level.items():
+        declaration = symbol.declaration
+        if symbol not in carried or not isinstance(declaration, s.NametypeDeclaration | s.PatternDefinition):
+            continue
+        body = declaration.body
+        while isinstance(body, s.Paren):
+            body = body.inner
+        if not isinstance(body, s.SetRange | s.SetExpr) or body.statements is not None:
+            continue
+        try:
+            size = script.evaluate(f"card({name})")
+            span = declaration.span
+            values = [s.Constructor(span=span, name=f"{name}%{number}") for number in range(1, size + 1)]
+            datatype = s.DatatypeDeclaration(span=span, name=name, constructors=tuple(values))
+            tree = _replaced(script.tree, declaration, datatype)
+            names = resolve(tree)
+            if size:
+                yield _TypeReading(names, infer(tree, names), names.top_level[name], size)
+        except ScriptError:
+            continue
+
+
+def _carried(script: Script) -> set[Symbol]:
+    """The names that the declarations of channels mention."""
+    found: set[Symbol] = set()
+    for symbol in script.names.top_level.values():
+        if isinstance(symbol.declaration, s.ChannelDeclaration):
+            stack: list[s.Node] = [symbol.declaration]
+            while stack:
+                node = stack.pop()
+                mentioned = script.names.find(node) if isinstance(node, s.Name) else None
+                found |= set() if mentioned is None else {mentioned}
+                stack += children(node)
+    return found
+
+
+def _replaced(tree: s.Script, old: s.Declaration, new: s.Declaration) -> s.Script:
+    def among(declarations: tuple[s.Declaration, ...]) -> tuple[s.Declaration, ...]:
+        return tuple(map(one, declarations))
+
+    def one(declaration: s.Declaration) -> s.Declaration:
+        if declaration is old:
+            return new
+        if isinstance(declaration, s.IncludeDeclaration):
+            return replace(declaration, declarations=among(declaration.declarations))
+        return declaration
+
+    return replace(tree, declarations=among(tree.declarations))
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,20 +182,18 @@ class _Side:
         return not self.tests and self.reader.use.chosen == 0 and self.held == 0
 
 
-def _claim(
-    assertion: s.Assertion, names: Names, types: Types, symbol: Symbol, verdict: Verdict
-) -> Iterator[EverySize]:
+def _claim(assertion: s.Assertion, reading: _TypeReading, verdict: Verdict) -> Iterator[EverySize]:
     """What can be said of one type, if anything."""
-    declaration = symbol.declaration
-    assert isinstance(declaration, s.DatatypeDeclaration)
-    size = len(declaration.constructors)
+    size, name = reading.size, given_name(reading.symbol.name)
     try:
-        script = ScriptReader(names, types, symbol, given_name(symbol.name))
+        script = ScriptReader(reading.names, reading.types, reading.symbol, name)
         if script.touched.event_slots == 0:
             return
         match assertion:
             case s.Refinement():
-                sides = [_Side(ProcessReader(script, n), n) for n in (assertion.specification, assertion.implementation)]
+                sides = [
+                    _Side(ProcessReader(script, n), n) for n in (assertion.specification, assertion.implementation)
+                ]
                 if not sides[0].is_determined:
                     return
                 twice, kind = False, "refinement"
@@ -131,7 +215,7 @@ def _claim(
             enough = fields + 1
         # Fewer values show less: what holds of a size holds of the smaller ones, what fails, fails for the larger ones.
         least = 1 if verdict is Verdict.PASS else min(size, enough)
-        yield EverySize(given_name(symbol.name), size, enough, least, False, size >= enough or verdict is Verdict.FAIL)
+        yield EverySize(name, size, enough, least, False, size >= enough or verdict is Verdict.FAIL)
         return
     held = total([side.held for side in sides])
     new: list[int | None] = [fields, *[side.reader.use.chosen for side in sides]]
@@ -139,4 +223,4 @@ def _claim(
         return
     most = max(count for count in new if count is not None)
     enough = held * (2 if twice else 1) + most
-    yield EverySize(given_name(symbol.name), size, enough, enough, True, size >= enough, held * (2 if twice else 1), most)
+    yield EverySize(name, size, enough, enough, True, size >= enough, held * (2 if twice else 1), most)

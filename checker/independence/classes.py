@@ -28,7 +28,9 @@ _NO_TEST: Final = frozenset(
     }
 )
 """Operators that move values and do not look at them, where the types of their operands are no sets of them."""
-_EVERY: Final = frozenset({"cross", "seq", "seq1", "power", "power1", "finset", "finset1", "bag", "rel", "pfun", "ffun"})
+_EVERY: Final = frozenset(
+    {"cross", "seq", "seq1", "power", "power1", "finset", "finset1", "bag", "rel", "pfun", "ffun"}
+)
 """Carriers over a type that have, of each larger type, the elements that consist of some values, and more."""
 _DISTINCT: Final = frozenset({"iseq", "pinj", "finj", "inj"})
 """Carriers that compare: of what is distinct."""
@@ -137,7 +139,7 @@ class ClassReader:
             self.carrier(declared.carrier)
         for conjunct in conjuncts(model.invariant):
             self.walk(conjunct)
-        known = self.settled(conjuncts(model.initial or ()), {(v.name, "before") for v in variables})
+        known = self.settled(model.initial or (), {(v.name, "before") for v in variables})
         normal = all((v.name, "before") in known for v in variables)
         held = [self.carried.slots(v.type, v.carrier) for v in variables]
         widest: list[int | None] = [0]
@@ -163,7 +165,7 @@ class ClassReader:
         unknown: set[Key] = {(v.name, "after") for v in changed} | {(p.name, "output") for p in told}
         for conjunct in conjuncts(operation.guard):
             self.walk(conjunct)
-        known = self.settled(conjuncts(operation.effect), unknown)
+        known = self.settled(operation.effect, unknown)
         open_outputs = [p for p in told if (p.name, "output") not in known]
         if open_outputs and any(carried.touches(p.type) for p in asked):
             # For each value of the input another output may have been chosen: as many choices as values.
@@ -211,9 +213,7 @@ class ClassReader:
                     self.walk(predicate)
         return certain, said
 
-    def _equation(
-        self, left: Term, right: Term, unknown: set[Key], said: set[Key], certain: set[Key]
-    ) -> set[Key]:
+    def _equation(self, left: Term, right: Term, unknown: set[Key], said: set[Key], certain: set[Key]) -> set[Key]:
         """The unknowns that an equation determines; one that determines none is a comparison."""
         for pattern, value in ((left, right), (right, left)):
             found = _pattern(pattern, unknown)
@@ -314,7 +314,9 @@ class ClassReader:
 
 
 def _is_every(term: Term) -> bool:
-    return isinstance(term, Apply) and (term.operator in _EVERY or term.operator in _DISTINCT or term.operator in ("All", "Records"))
+    return isinstance(term, Apply) and (
+        term.operator in _EVERY or term.operator in _DISTINCT or term.operator in ("All", "Records")
+    )
 
 
 def _is_empty(term: Term) -> bool:
@@ -345,7 +347,9 @@ def _pattern(term: Term, unknown: set[Key]) -> list[Key]:
         case Apply(operator="tuple" | "sequence", operands=operands) if operands:
             return _all(operands, unknown)
         case Apply(operator="concat", operands=operands):
-            open_ = [operand for operand in operands if not (isinstance(operand, Apply) and operand.operator == "sequence")]
+            open_ = [
+                operand for operand in operands if not (isinstance(operand, Apply) and operand.operator == "sequence")
+            ]
             return _all(operands, unknown) if len(open_) <= 1 else []
     return []
 

@@ -1,9 +1,10 @@
 """Data independence of a process: what all the definitions that it uses do with the values of a type.
 
-The conditions are those of Lazić (*A Semantic Study of Data Independence with Applications to Model Checking*, 1999) and
-Roscoe (*The Theory and Practice of Concurrency*, 1997, 15.3): no value of the type is named; the whole type occurs where a
-value is input, chosen, or in an event; a set that the number of its values could be told from is asked nothing. Values are
-*tested* where they are compared, kept in sets, or where two parties would both have to output the same one.
+The conditions are those of Lazić (*A Semantic Study of Data Independence with Applications to Model Checking*,
+1999) and Roscoe (*The Theory and Practice of Concurrency*, 1997, 15.3): no value of the type is named; the whole type
+occurs where a value is input, chosen, or in an event; nothing is asked from which the number of its values could be
+told. Values are *tested* where they are compared, kept in sets, or where two parties would both have to output the
+same one.
 Whatever is not known here to be harmless is refused.
 """
 
@@ -48,8 +49,8 @@ COMPARING: Final = frozenset(
 COUNTING: Final = frozenset({"card", "empty"})
 """Those that tell how many events there are."""
 _PLAIN: Final = (
-    s.LiteralExpr, s.Paren, s.TupleExpr, s.SequenceExpr, s.SetRange, s.SequenceRange, s.MapExpr, s.SetExpr, s.Unary, s.Dot,
-    s.Apply, s.Lambda, s.If, s.Let, s.Guard, s.ProcessBinary, s.Productions, s.Hide, s.Qualifier, s.Binary, s.Name,
+    s.LiteralExpr, s.Paren, s.TupleExpr, s.MapExpr, s.Unary, s.Dot, s.Apply, s.Lambda, s.If, s.Guard,
+    s.ProcessBinary, s.Hide, s.Qualifier,
 )  # fmt: skip
 """Forms that are harmless where their parts are."""
 
@@ -73,6 +74,8 @@ class ScriptReader:
         self.symbol = symbol
         self.given = given
         self.touched = Touched(types.datatype(symbol))
+        if names.clocks:
+            raise Dependent("time passes")
         counts: list[int | None] = [0]
         for channel in names:
             if channel.kind is SymbolKind.CHANNEL and channel.instance is None:
@@ -128,7 +131,7 @@ class ScriptReader:
         return False
 
     def _is_fit(self, node: s.Expr, inside: tuple[Symbol, ...]) -> bool:
-        return self.is_every(node, inside) or not self.touches(node) and not isinstance(node, s.Dot)
+        return self.is_every(node, inside) or (not self.touches(node) and not isinstance(node, s.Dot))
 
     def carried(self, node: CarrierSet | ClassProcess) -> Carried:
         """Where values of the type are in the Object-Z part."""
@@ -202,9 +205,9 @@ class ProcessReader:
                 return self._named(node)
             case s.Apply(function=s.Name() as function):
                 symbol = self.names.find(function)
-                if symbol is not None and symbol.kind is SymbolKind.BUILTIN and symbol.name in COUNTING:
-                    if any(map(script.has_events, node.arguments)):
-                        raise Dependent("events are counted")
+                is_counting = symbol is not None and symbol.kind is SymbolKind.BUILTIN and symbol.name in COUNTING
+                if is_counting and any(map(script.has_events, node.arguments)):
+                    raise Dependent("events are counted")
                 return children(node)
             case s.Binary():
                 if node.operator != "^" and script.touches(node.left):
@@ -468,15 +471,14 @@ class ProcessReader:
                 return left | right
             case s.LinkedParallel():
                 left, right = self.outputs(node.left), self.outputs(node.right)
-                for first, second in node.links:
-                    ends = self.heads(first) | {ANY}, self.heads(second) | {ANY}
-                    if left and right and (ends[0] == {ANY} or left & ends[0]) and (ends[1] == {ANY} or right & ends[1]):
-                        self.use.tests = True
+                self._link(left, right, node.links)
                 return left | right
-            case s.Replicated() if node.operator not in ("[]", "|~|", "|||", ";"):
+            case s.Replicated(operator="[]" | "|~|" | "|||" | ";"):
+                pass
+            case s.Replicated():
                 inner = self.outputs(node.body)
                 if node.operator == "<->":
-                    self.use.tests |= bool(inner)
+                    self._link(inner, inner, node.links)
                 else:
                     self._meet(inner, inner, None if node.events is None else self.channels(node.events))
                 return inner
@@ -486,6 +488,13 @@ class ProcessReader:
         told = self.script.data(node).outputs
         data = frozenset([self.names.symbol(name) for name in node.channels if name.parts[0] in told])
         return data, frozenset().union(*[self.outputs(main) for main in node.mains])
+
+    def _link(self, left: Outputs, right: Outputs, links: Sequence[tuple[s.Expr, s.Expr]]) -> None:
+        """The left side performs the first channel of a link together with the second one of the right side."""
+        for first, second in links:
+            ends = self.heads(first) | {ANY}, self.heads(second) | {ANY}
+            if left and right and (len(ends[0]) == 1 or left & ends[0]) and (len(ends[1]) == 1 or right & ends[1]):
+                self.use.tests = True
 
     def _meet(self, left: Outputs, right: Outputs, shared: Outputs | None) -> None:
         """Two sides perform some channels together; None: perhaps all."""

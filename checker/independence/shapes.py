@@ -71,11 +71,12 @@ class StateSize:
                 work += [node.left, node.right]
             case s.ProcessBinary(operator=";") | s.Synchronised(operator="[|>"):
                 work.append(node.right)
-                return total([self.of(node.left), self.free(node.right), held])
+                return total([self.of(node.left), *map(self.free, _others(node, node.left))])
             case _ if isinstance(node, _BOTH):
-                return total([self.of(node.left), self.of(node.right), held])
+                parts = [self.of(node.left), self.of(node.right)]
+                return total([*parts, *map(self.free, _others(node, node.left, node.right))])
             case s.Hide() | s.Rename():
-                return total([self.of(node.process), held])
+                return total([self.of(node.process), *map(self.free, _others(node, node.process))])
             case ClassProcess():
                 return total([self.script.data(node).held, *map(self.of, node.mains)])
             case s.Name() | s.Apply():
@@ -228,6 +229,11 @@ class Determined:
                 if symbol is not None:
                     variables.discard(symbol)
         return not variables
+
+
+def _others(node: s.Node, *known: s.Node) -> list[s.Node]:
+    """What is directly inside a node beside some parts."""
+    return [child for child in children(node) if not any(child is part for part in known)]
 
 
 def _union(left: frozenset[Symbol] | None, right: frozenset[Symbol] | None) -> frozenset[Symbol] | None:
