@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, TypeGuard
 
 from cspcheck.checker.budget import NO_ROOM, Budget, Incomplete
-from cspcheck.checker.checks.context import Context, Sure
+from cspcheck.checker.checks.context import Context, PartialOrder, Sure
 from cspcheck.checker.checks.determinism import deterministic
 from cspcheck.checker.checks.observed_refinement import ObservedModel, refines_observed
 from cspcheck.checker.checks.properties import deadlock_free, divergence_free, has_trace
@@ -24,9 +24,13 @@ from cspcheck.checker.search.exploration import Progress
 from cspcheck.checker.search.spill import Spill, is_full
 from cspcheck.checker.specification.normal_form import FailuresModel, NormalModel
 from cspcheck.checker.verdict import (
+    BY_PARTIAL_ORDER,
     DEFAULT_MODELS,
     DIVERGENCE_COUNTS,
     TERMINATION_COUNTS,
+    UNORDERED_FULL,
+    UNORDERED_KIND,
+    UNORDERED_PROCESS,
     Limits,
     Outcome,
     Termination,
@@ -115,6 +119,7 @@ class Checker:
         """Why the assertion at hand is not decided for all values, once that has been tried."""
         self._happened: dict[Process, Happened | None] = {}
         self._sure = Sure()
+        self._order = PartialOrder()
         kept = KEPT_BYTES if limits.memory_bytes is None else min(KEPT_BYTES, limits.memory_bytes // 2)
         self._machines = Machines(
             workers=workers or os.cpu_count() or 1,
@@ -131,8 +136,9 @@ class Checker:
     def check(self, assertion: Assertion) -> Outcome:
         """The answer to an assertion of the script.
 
-        The option ``partial order reduce`` asks for a faster search and is ignored: the whole space is searched, with
-        the same verdict. ``tau priority`` gives both sides priority to tau and tick over the option's events.
+        The option ``partial order reduce`` asks for a search that leaves states out where components do not depend on
+        each other, with the same verdict. ``tau priority`` gives both sides priority to tau and tick over the option's
+        events.
 
         Raises:
             ScriptError: what the assertion speaks of cannot be evaluated.
@@ -229,6 +235,8 @@ class Checker:
     def _check(self, assertion: Assertion) -> Outcome:
         budget = Budget(self._limits)
         self._sure.about, self._sure.outcome = assertion, None
+        options = assertion.options if isinstance(assertion, Refinement | Property) else ()
+        self._order = PartialOrder(any(option.kind == "partial order reduce" for option in options))
         if isinstance(assertion, BooleanAssertion):
             holds = self._script.boolean(assertion.condition)
             return budget.outcome(Verdict.PASS if holds else Verdict.FAIL, None, 0, 0)
@@ -240,6 +248,7 @@ class Checker:
                 if proved is not None:
                     raise _Proved(proved)
             outcome = self.check_refinement(specification, assertion.model, implementation, budget)
+            outcome = self._order_told(outcome, suited=assertion.model in ("T", "F", "FD"))
             return self._within_readings(outcome, implementation, specification, budget, traces=assertion.model == "T")
         if isinstance(assertion, Property):
             model = assertion.model or DEFAULT_MODELS[assertion.kind]
@@ -250,6 +259,7 @@ class Checker:
                 process = Sequential(process, STOP)
             outcome = self.check_property(process, assertion.kind, model, trace, budget)
             outcome = self._differences_told(outcome, assertion.kind)
+            outcome = self._order_told(outcome, suited=assertion.kind in ("deadlock free", "divergence free"))
             claim: Trace = "no"
             if assertion.kind == "has trace":
                 claim = "possible" if model == "T" else "reliable"
@@ -268,6 +278,22 @@ class Checker:
         elif kind == "deterministic" and outcome.counterexample is not None:
             remark = DIVERGENCE_COUNTS if outcome.counterexample.kind == "divergence" else None
         return outcome if remark is None else replace(outcome, remarks=(*outcome.remarks, remark))
+
+    def _order_told(self, outcome: Outcome, *, suited: bool) -> Outcome:
+        """The outcome, with what has become of the wish for partial order.
+
+        Args:
+            outcome: the outcome.
+            suited: whether the assertion is of a kind that can be answered so.
+        """
+        if not self._order.wanted:
+            return outcome
+        if self._order.used:
+            return replace(outcome, remarks=(*outcome.remarks, BY_PARTIAL_ORDER), reduction="partial order")
+        why = UNORDERED_KIND if not suited else UNORDERED_FULL if self._machines.full else UNORDERED_PROCESS
+        if suited and not self._machines.full and not self._order.unsuited:
+            return outcome  # there was no search that would have been worth it
+        return replace(outcome, remarks=(*outcome.remarks, f"partial order changes nothing here: {why}"))
 
     def _within_readings(
         self,
@@ -373,7 +399,7 @@ class Checker:
         return self._script.events
 
     def _context(self, budget: Budget) -> Context:
-        return Context(self._machines, self._script.events, budget, self._sure)
+        return Context(self._machines, self._script.events, budget, self._sure, self._order)
 
     def _answered(
         self, budget: Budget, subject: Process | None, check: Callable[[Context], Outcome], length: int | None = None
@@ -429,13 +455,18 @@ class Checker:
         try:
             machines, levels = self._machines.at_the_beginning(subject, budget, states)
             with during("looking at the beginning of the process", vague=True):
-                found = self._in_words(check(Context(machines, self._script.events, budget)))
-        except (Incomplete, ReplayFailure):
+                found = self._in_words(check(Context(machines, self._script.events, budget, self._sure, whole=levels)))
+        except (Incomplete, ReplayFailure) as error:
             # Beyond the levels that are there as a whole the machine has deadlocks that the process does not have.
-            return None
+            sure, self._sure.outcome = self._sure.outcome, None
+            if sure is None or not isinstance(error, Incomplete):
+                return None
+            return _untold(self._in_words(sure), error.reason)
         told = found.verdict is Verdict.PASS and length is not None and length < levels
         if found.counterexample is not None:
             told = sum(event != found.counterexample.tau for event in found.counterexample.trace) < levels
+        if not told:
+            self._sure.outcome = None
         return found if told else None
 
     def _in_words(self, outcome: Outcome) -> Outcome:

@@ -181,6 +181,9 @@ class Counterexample:
         return [name if cause is None else f"{name} ({cause})" for name, cause in zip(self.trace, causes, strict=True)]
 
 
+Reduction = Literal["partial order"]
+
+
 @dataclass(frozen=True, slots=True)
 class EverySize:
     """What a verdict says of types that have another number of values (data independence).
@@ -220,6 +223,7 @@ class Outcome:
         readings: the finite readings of wide types under which the answer holds, as the script writes them.
         control: whether the answer is about the control view: classes without their data.
         every_size: of which types the size makes no difference, or which size would be enough to know.
+        reduction: by what the search that gave the answer did without states, where the script asks for it.
     """
 
     verdict: Verdict
@@ -233,6 +237,7 @@ class Outcome:
     readings: tuple[str, ...] = ()
     control: bool = False
     every_size: tuple[EverySize, ...] = ()
+    reduction: Reduction | None = None
 
 
 Termination = Literal["success", "deadlock"]
@@ -241,6 +246,12 @@ TERMINATES = "the process may terminate, which is no deadlock here; FDR4 says th
 """Remarks on answers that FDR4 gives otherwise."""
 TERMINATION_COUNTS = "a process that has terminated counts as deadlocked, as in FDR4"
 DIVERGENCE_COUNTS = "a process that diverges is not deterministic here; FDR4 does not look at divergence"
+
+
+BY_PARTIAL_ORDER = "searched by partial order: the states are those that were looked at, not all that there are"
+UNORDERED_KIND = "such an assertion needs every state"
+UNORDERED_FULL = "the whole space is asked for"
+UNORDERED_PROCESS = "the process has priorities, one component only, or no taus that could wait"
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,8 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cspcheck.checker.arrays import Int64Array
-from cspcheck.checker.budget import Budget
+from cspcheck.checker.budget import Budget, Incomplete
 from cspcheck.checker.checks.store import Machines
+from cspcheck.checker.packing.packed import PackedNetwork
+from cspcheck.checker.packing.stubborn import Kept
 from cspcheck.checker.search.exploration import Exploration, Successors
 from cspcheck.checker.search.paths import PathStep
 from cspcheck.checker.verdict import Counterexample, Outcome, Verdict
@@ -33,18 +35,68 @@ class Sure:
     outcome: Outcome | None = None
 
 
+@dataclass(slots=True)
+class PartialOrder:
+    """What becomes of the wish that an assertion be searched by partial order.
+
+    Attributes:
+        wanted: whether it is wished for.
+        used: whether a search has left something out.
+        unsuited: whether there was a search that could not.
+    """
+
+    wanted: bool = False
+    used: bool = False
+    unsuited: bool = False
+
+
 @dataclass(frozen=True, slots=True)
 class Context:
-    """Machines to share, names for events, the limits of the assertion, and what is sure of it."""
+    """Machines to share, names for events, the limits of the assertion, what is sure of it, and how it is searched.
+
+    Attributes:
+        machines, events, budget, sure, order: these.
+        whole: where the machines are the beginning of what they stand for: how many levels of them are as they should.
+    """
 
     machines: Machines
     events: EventTable
     budget: Budget
     sure: Sure = field(default_factory=Sure)
+    order: PartialOrder = field(default_factory=PartialOrder)
+    whole: int | None = None
+
+    def kept(self, packed: PackedNetwork, kept: Kept) -> Kept | None:
+        """What a search of a network by partial order is to keep; None where it is not to be searched so."""
+        if not self.order.wanted or self.machines.full:
+            return None
+        if self.machines.narrowed(packed, kept) is None:
+            self.order.unsuited = True
+            return None
+        return kept
+
+    def searched_by(self, exploration: Exploration) -> None:
+        """Note by what search the answer is given."""
+        self.order.used = exploration.packed.is_narrowed
+
+    def searched(self, packed: PackedNetwork, kept: Kept) -> PackedNetwork:
+        """A network as it is to be searched: by partial order if that is wished for, and can be."""
+        if self.kept(packed, kept) is None:
+            return packed
+        return self.machines.narrowed(packed, kept) or packed
 
     def failed(self, states: int, transitions: int, counterexample: Counterexample | None = None) -> None:
         """Note that the assertion fails, whatever becomes of the telling; *counterexample* as far as it is known."""
         self.sure.outcome = self.budget.outcome(Verdict.FAIL, None, states, transitions, counterexample)
+
+    def rely_on(self, level: int) -> None:
+        """Give up where *level* is not as it should, before anything is told of what was found there.
+
+        Raises:
+            Incomplete: it is not.
+        """
+        if self.whole is not None and level >= self.whole:
+            raise Incomplete(f"only {self.whole:,} levels of the process are known")
 
     def not_found(self, exploration: Exploration, sought: str) -> Outcome:
         """The outcome of a search that met nothing wrong: a pass if it was completed, else unknown."""

@@ -14,7 +14,7 @@ from typing import Literal
 
 from cspcheck.checker.budget import Budget, Incomplete
 from cspcheck.checker.lts import Lts, reachable
-from cspcheck.checker.network.compiler import Compiler, LimitReached
+from cspcheck.checker.network.compiler import Company, Compiler, LimitReached
 from cspcheck.checker.network.priority import at_the_top
 from cspcheck.checker.reduction.bisimulation import strong_bisimulation
 from cspcheck.checker.reduction.compression import COMPRESSIONS
@@ -51,6 +51,7 @@ class MachineTerms:
 
     Args:
         explore: gives the explicit machine of a process, or raises ``Incomplete`` or ``LimitReached``.
+        company: gives the network of a large composition in which something is chased.
 
     Attributes:
         original: compiles processes without machines: what all this must be held against.
@@ -59,18 +60,18 @@ class MachineTerms:
         whole: the priority that is searched as a whole, and so becomes a machine only for machines inside it.
     """
 
-    def __init__(self, explore: Explore) -> None:
+    def __init__(self, explore: Explore, company: Company) -> None:
         self._explore = explore
         self._known: dict[tuple[Surroundings, Process], Process | None] = {}
         self._building: set[tuple[Surroundings, Process]] = set()
         self.budget: Budget | None = None
         self.whole: Process | None = None
         self._large: set[Process] = set()
-        self.original = Compiler()
+        self.original = Compiler(company=company)
         followed = self.original.semantics
-        self._strict = Compiler(semantics=Semantics(self._under_priority, followed=followed))
+        self._strict = Compiler(semantics=Semantics(self._under_priority, followed=followed), company=company)
         self.compiler = Compiler(
-            semantics=Semantics(self._anywhere, prioritised=self._strict.semantics, followed=followed)
+            semantics=Semantics(self._anywhere, prioritised=self._strict.semantics, followed=followed), company=company
         )
 
     def begin(self, process: Process, budget: Budget) -> None:
@@ -132,7 +133,9 @@ class MachineTerms:
             # A whole without machines inside is searched as a network.
             turns = TURNS if term != self.whole or MachineParts()(state) else ()
         for most in turns:
-            lts = self._operand(compiler, state, term.process, budget.narrowed(most))
+            # A component of the operand, which is explored first, has words of its own.
+            with during(f"exploring what `{_name(term)}` is applied to", vague=True):
+                lts = self._operand(compiler, state, term.process, budget.narrowed(most))
             if lts is not None:
                 return _machine_of(term, lts, budget)
             if not isinstance(term, Compressed):
@@ -162,11 +165,14 @@ class MachineTerms:
 
 def _machine_of(term: _Applied, operand: Lts, budget: Budget) -> Process:
     """The state of the machine that a function makes of its operand's."""
-    name = "prioritise" if isinstance(term, Prioritised) else term.function
-    with during(f"applying `{name}` to a component of {operand.states:,} states"):
+    with during(f"applying `{_name(term)}` to a component of {operand.states:,} states"):
         budget.check_time()
         machine = ExplicitMachine(_reduced(term, operand), term)
     return machine.term(machine.lts.root)
+
+
+def _name(term: _Applied) -> str:
+    return "prioritise" if isinstance(term, Prioritised) else term.function
 
 
 def _reduced(term: _Applied, lts: Lts) -> Lts:

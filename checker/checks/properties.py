@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from cspcheck.checker.arrays import BoolArray
 from cspcheck.checker.checks.context import Context, reached
-from cspcheck.checker.checks.reduced import reduced_search
+from cspcheck.checker.checks.reduced import reduced_search, what_is_kept
 from cspcheck.checker.checks.store import Aim
 from cspcheck.checker.checks.trace_runs import Along, Offers, along_original
 from cspcheck.checker.explain.behaviour import begun, deadlocked, diverging, visible
@@ -44,7 +45,7 @@ def deadlock_free(context: Context, process: Process, model: FailuresModel) -> O
         if outcome is not None and exploration is None:
             ends = outcome.verdict is Verdict.PASS and may_terminate(context.machines.network(process, context.budget))
             return replace(outcome, remarks=(*outcome.remarks, TERMINATES)) if ends else outcome
-        exploration = exploration or context.machines.exploration(process, aim, context.budget)
+        exploration = exploration or searched_on(context, process, aim)
     levels = (exploration.deadlock_level, exploration.divergence_level if divergence_counts else None)
     level = min((level for level in levels if level is not None), default=None)
     if level is None:
@@ -52,6 +53,7 @@ def deadlock_free(context: Context, process: Process, model: FailuresModel) -> O
         if found.verdict is not Verdict.PASS or not may_terminate(exploration.packed.network):
             return found
         return replace(found, remarks=(*found.remarks, TERMINATES))
+    context.rely_on(level)
     context.failed(*context.covered(exploration, level))
     deadlocks = exploration.deadlocked(level)
     cycles = exploration.tau_cyclic(level) if divergence_counts else deadlocks[:0]
@@ -75,6 +77,15 @@ def deadlock_free(context: Context, process: Process, model: FailuresModel) -> O
     return context.budget.outcome(Verdict.FAIL, None, *context.covered(exploration, level), counterexample)
 
 
+def searched_on(context: Context, process: Process, aim: Aim) -> Exploration:
+    """The exploration of a process as it is, by partial order if the assertion wishes that."""
+    packed = context.machines.packed(process, context.budget)
+    kept = context.kept(packed, what_is_kept(packed, aim))
+    exploration = context.machines.exploration(process, aim, context.budget, kept=kept)
+    context.searched_by(exploration)
+    return exploration
+
+
 def may_terminate(network: Network) -> bool:
     """Whether a rule ends in a tick that all of its components can give some time; no search says that they do."""
     ends = [rule for rule in network.rules if rule.result == TICK]
@@ -89,7 +100,7 @@ def divergence_free(context: Context, process: Process) -> Outcome:
         outcome = reduced_search(context, process, "divergence")
         if outcome is not None:
             return outcome
-        exploration = context.machines.exploration(process, "divergence", context.budget)
+        exploration = searched_on(context, process, "divergence")
     if exploration.divergence_level is None:
         return context.not_found(exploration, "divergence")
     return divergence_found(context, process, exploration, exploration.divergence_level)
@@ -97,6 +108,7 @@ def divergence_free(context: Context, process: Process) -> Outcome:
 
 def divergence_found(context: Context, process: Process, exploration: Exploration, level: int) -> Outcome:
     """The failure of a process that can diverge, first on *level*."""
+    context.rely_on(level)
     counts = context.covered(exploration, level)
     context.failed(*counts)
     path = shortest_path(exploration, exploration.tau_cyclic(level))
@@ -133,10 +145,15 @@ def has_trace(context: Context, process: Process, trace: Sequence[int], model: N
     along = Along(context, process, trace, model, beyond=False)
     pairs, budget = along.pairs, context.budget
     counts = int(pairs.levels[-1]), pairs.transitions
+
+    def failed(length: int) -> None:
+        context.rely_on(length)
+        context.failed(*counts)
+
     for length, event in enumerate(trace):
         if length > pairs.depth:
             break
-        obstacle = _obstacle(along, length, event, model, lambda: context.failed(*counts))
+        obstacle = _obstacle(along, length, event, model, partial(failed, length))
         if obstacle is not None:
             context.failed(*counts, obstacle)
             if pairs.packed.network.is_compressed:

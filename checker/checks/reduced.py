@@ -13,6 +13,8 @@ from cspcheck.checker.checks.reducing import all_alike, everything_hidden, reduc
 from cspcheck.checker.checks.store import Aim
 from cspcheck.checker.explain.behaviour import deadlocked
 from cspcheck.checker.explain.unfolding import NotUnfolded, unfolded
+from cspcheck.checker.packing.packed import PackedNetwork
+from cspcheck.checker.packing.stubborn import Kept
 from cspcheck.checker.search.exploration import explore
 from cspcheck.checker.search.paths import shortest_path
 from cspcheck.checker.verdict import Outcome, Verdict
@@ -38,7 +40,7 @@ def reduced_search(context: Context, process: Process, aim: Aim) -> Outcome | No
     if found is None:
         return None
     exploration = explore(
-        found.packed,
+        context.searched(found.packed, what_is_kept(found.packed, aim)),
         limits=context.budget.remaining(),
         workers=context.machines.workers,
         stop_at_deadlock="deadlock" in aim,
@@ -46,6 +48,7 @@ def reduced_search(context: Context, process: Process, aim: Aim) -> Outcome | No
         look_for_divergence=cycles,
         beyond=context.machines.beyond,
     )
+    context.searched_by(exploration)
     counts = found.counts(exploration)
     if exploration.divergence_level is None and exploration.deadlock_level is None:
         return context.budget.outcome(Verdict.PASS, None, *counts) if exploration.complete else None
@@ -59,6 +62,11 @@ def reduced_search(context: Context, process: Process, aim: Aim) -> Outcome | No
         return None
     counterexample = deadlocked(process, original, run, context.events)
     return context.budget.outcome(Verdict.FAIL, None, *counts, counterexample)
+
+
+def what_is_kept(packed: PackedNetwork, aim: Aim) -> Kept:
+    """What a search of a network by partial order must keep: where no taus can go round there is no divergence."""
+    return "behaviour" if "divergence" in aim and len(packed.cycling.items) else "deadlocks"
 
 
 def looked_at(context: Context, process: Process, aim: Aim) -> tuple[int, int]:

@@ -72,10 +72,13 @@ def _refines(
                 return outcome
             pairs = None
     if pairs is None:
-        pairs = context.machines.pairs(normal_form, implementation, model, budget, full=context.machines.full)
+        packed = context.searched(context.machines.packed(implementation, budget), "behaviour")
+        pairs = context.machines.pairs_of(packed, normal_form, model, budget, full=context.machines.full)
+        context.searched_by(pairs)
     if pairs.violation_level is None:
         return context.not_found(pairs, "violation")
     counts = int(pairs.levels[-1]), pairs.transitions
+    context.rely_on(pairs.violation_level)
     context.failed(*counts)
     path, violation = first_violation(pairs)
     node = int(pairs.nodes[violation.index])
@@ -96,7 +99,8 @@ def _reduced(
     small = reduced(packed.network, model_for(packed, model), as_they_are, budget)
     if small is None:
         return None
-    pairs = machines.pairs_of(small.packed, normal_form, model, budget, full=False)
+    pairs = machines.pairs_of(context.searched(small.packed, "behaviour"), normal_form, model, budget, full=False)
+    context.searched_by(pairs)
     counts = small.counts(pairs)
     if pairs.violation_level is None:
         return budget.outcome(Verdict.PASS, None, *counts) if pairs.complete else None

@@ -17,22 +17,26 @@ from cspcheck.checker.checks.machine_terms import MachineTerms
 from cspcheck.checker.checks.reducing import as_they_are, model_for, reduced
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.network.compiler import MOST_TERMS, Compiler, LimitReached
-from cspcheck.checker.network.lazily import is_chased
+from cspcheck.checker.network.lazily import LazyComposition, is_chased
 from cspcheck.checker.network.network import Network
 from cspcheck.checker.network.skeleton import compile_single
 from cspcheck.checker.packing.packed import PackedNetwork, pack
+from cspcheck.checker.packing.stubborn import Kept, narrowed
 from cspcheck.checker.search.beyond import Beyond
 from cspcheck.checker.search.checkpoint import Checkpoints
+from cspcheck.checker.search.company import TooLarge, together
 from cspcheck.checker.search.exploration import Exploration, Progress, explore
 from cspcheck.checker.search.pair_search import PairExploration, explore_pairs
 from cspcheck.checker.semantics.beginning import along, beginning, one_run
+from cspcheck.checker.semantics.growth import beyond
 from cspcheck.checker.semantics.steps import Row
-from cspcheck.checker.semantics.transitions import Explored
+from cspcheck.checker.semantics.transitions import Explored, Poll
 from cspcheck.checker.specification.lazy import LazySpecification
 from cspcheck.checker.specification.normal_form import NormalForm, NormalModel
 from cspcheck.checker.specification.normalisation import is_deterministic, normalise
 from cspcheck.checker.specification.normaliser import Normaliser
-from cspcheck.cspm.interruption import during
+from cspcheck.checker.verdict import Limits
+from cspcheck.cspm.interruption import doing, during, told
 from cspcheck.cspm.process.terms import Process
 
 Aim = Literal["everything", "deadlock", "deadlock or divergence", "divergence"]
@@ -69,6 +73,10 @@ WHOLE_NORMAL_FORM = 50_000
 """Normal forms of more nodes than this are extended node by node as the search reaches them."""
 
 
+MOST_IN_COMPANY = 1 << 30
+"""Where no limit is given, a composition is explored for what is chased in it until its states take so many bytes."""
+
+
 class Machines:
     """Networks, explorations, explicit machines and normal forms of the processes of one script.
 
@@ -99,7 +107,7 @@ class Machines:
         self._kept_bytes = kept_bytes
         self._progress = progress
         self._notify = notify
-        self._terms = MachineTerms(self._listed)
+        self._terms = MachineTerms(self._listed, self._in_company)
         self._checkpoints = checkpoints
         self._beginnings: dict[Process, PackedNetwork] = {}
         self._kept: OrderedDict[Hashable, tuple[Any, int]] = OrderedDict()
@@ -150,7 +158,8 @@ class Machines:
             if terms is not None and not is_chased(process) and (limits.states is None or terms < limits.states):
                 limits = replace(limits, states=terms)
             try:
-                found = compiler.network(process, limits, lambda _: budget.check_time())
+                with during("building the machine of the process", vague=True):
+                    found = compiler.network(process, limits, lambda _: budget.check_time())
             except LimitReached as reached:
                 raise Incomplete(budget.too_many_terms(reached), reached.states, endless=True) from None
             self._keep(key, found, 0)
@@ -233,8 +242,29 @@ class Machines:
             notify=self._notify,
         )
         if not exploration.complete:
-            raise Incomplete(budget.reached(exploration), exploration.levels[-1], exploration.transitions)
+            what = f" while {told(doing()[-1])}" if doing() else ""
+            raise Incomplete(
+                f"{budget.reached(exploration)}{what}: {coverage(exploration)}",
+                exploration.levels[-1],
+                exploration.transitions,
+            )
         return exploration.to_lts()
+
+    def _in_company(self, composition: LazyComposition, limits: Limits, poll: Poll | None) -> Network:
+        """The network of a composition with what the whole gets to see of what is chased in it.
+
+        Raises:
+            LimitReached: the whole has more states than the limit, or than there is memory for.
+        """
+        free = limits.memory_bytes if limits.memory_bytes is not None else MOST_IN_COMPANY
+
+        def has_room(states: int, size: int) -> bool:
+            return size <= free and (limits.states is None or states <= limits.states)
+
+        try:
+            return together(composition, has_room, poll)
+        except TooLarge as large:
+            raise beyond(composition.process, large.states) from None
 
     def first_look(self, process: Process, aim: Aim, budget: Budget) -> Exploration | None:
         """The exploration of a process that needs few states; None if it is better reduced before it is searched on."""
@@ -275,10 +305,21 @@ class Machines:
         found: Exploration | None = self._find(("first look", process, aim))
         return found
 
-    def exploration(self, process: Process, aim: Aim, budget: Budget, *, original: bool = False) -> Exploration:
+    def narrowed(self, packed: PackedNetwork, kept: Kept) -> PackedNetwork | None:
+        """A network to be searched by partial order; None if it cannot be."""
+        key = ("narrowed", packed, kept)
+        if key not in self._kept:
+            self._keep(key, narrowed(packed, kept), 0)
+        found: PackedNetwork | None = self._find(key)
+        return found
+
+    def exploration(
+        self, process: Process, aim: Aim, budget: Budget, *, original: bool = False, kept: Kept | None = None
+    ) -> Exploration:
         """The reachable states of a process; all of them unless what is aimed at, or a limit, ended the search.
 
-        A whole exploration that is there already answers every aim.
+        A whole exploration that is there already answers every aim. With *kept* the states are those that a search by
+        partial order looks at, if the process can be searched so.
         """
         original = self._differs(process) if original else False
         whole: Exploration | None = self._find(("exploration", process, "everything", original))
@@ -287,21 +328,24 @@ class Machines:
             return whole
         if self.full:
             aim = "everything"
-        key = ("exploration", process, aim, original)
+        packed = self.packed(process, budget, original=original)
+        fewer = None if kept is None else self.narrowed(packed, kept)
+        key = ("exploration", process, aim, original) if fewer is None else ("by partial order", process, aim, kept)
         found: Exploration | None = self._find(key)
         if found is None:
             found = explore(
-                self.packed(process, budget, original=original),
+                fewer or packed,
                 limits=budget.remaining(),
                 workers=self.workers,
                 stop_at_deadlock="deadlock" in aim,
                 stop_at_divergence="divergence" in aim,
+                look_for_divergence=fewer is None or kept != "deadlocks",
                 progress=self._progress,
                 notify=self._notify,
                 checkpoints=self._checkpoints,
                 beyond=self.beyond,
             )
-            if found.complete:
+            if found.complete and fewer is None:
                 key = ("exploration", process, "everything", original)
             # How far a search gets in a time is no property of the machine: the next assertion may get further.
             if found.complete or found.stop in ("found", "states"):
@@ -473,13 +517,18 @@ class Machines:
         *,
         full: bool,
         at_hand: bool = False,
+        deepest: int | None = None,
     ) -> PairExploration:
-        """The reachable pairs of a specification's node and a state of a network; see :meth:`pairs`."""
+        """The reachable pairs of a specification's node and a state of a network; see :meth:`pairs`.
+
+        After traces of more events than the *deepest* has they are not looked at.
+        """
         found = explore_pairs(
             packed,
             specification,
             model,
             full=full,
+            deepest=deepest,
             limits=budget.remaining(),
             workers=self.workers,
             progress=self._progress,

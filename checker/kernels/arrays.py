@@ -83,6 +83,8 @@ class _Rules(NamedTuple):
     """For each rule the bits that it yields to: it fires only where no rule that can fire raises one of them."""
     urgent: Index
     """The rules that raise a bit."""
+    stubborn: StubbornTables
+    """What narrows the rules of a state to a stubborn set; of no slots where nothing is narrowed."""
 
 
 class Rules(Handed, _Rules):
@@ -109,6 +111,72 @@ class Index(Handed, _Index):
     """An index of rules."""
 
 
+class _StubbornTables(NamedTuple):
+    """What a stubborn set of a state is found from: the rules by the local states that they start from.
+
+    Attributes:
+        word, shift, mask: per slot the field of its local state, the mask not in place.
+        base: per slot its first row; the row of a local state is ``base + local state``.
+        offsets: the rules that a slot in the local state of row ``r`` can take part in are
+            ``entries[offsets[r]:offsets[r + 1]]``.
+        entries: rules.
+        format_word, format_shift, format_mask: the field of the format, the mask not in place.
+        format: per rule the format in which it applies.
+        parts: the participants of rule ``r`` are ``parts[r]:parts[r + 1]``.
+        slot: per participant the slot.
+        able: per participant where in ``ready`` its local states begin.
+        ready: 1 for the local states in which a participant can take part.
+        wide_offsets, wide: for each format the rules that all slots depend on.
+        free: per rule 1 if a set that leaves something out may have it.
+    """
+
+    word: Int64Array
+    shift: Int64Array
+    mask: Int64Array
+    base: Int64Array
+    offsets: Int64Array
+    entries: Int32Array
+    format_word: int
+    format_shift: int
+    format_mask: int
+    format: Int32Array
+    parts: Int64Array
+    slot: Int32Array
+    able: Int64Array
+    ready: UInt8Array
+    wide_offsets: Int64Array
+    wide: Int32Array
+    free: UInt8Array
+
+
+class StubbornTables(Handed, _StubbornTables):
+    """The tables that stubborn sets are found from."""
+
+
+def no_stubborn_tables() -> StubbornTables:
+    """The tables of a search that narrows nothing."""
+    none8, none32, none64 = np.zeros(0, dtype=np.uint8), np.zeros(0, dtype=np.int32), np.zeros(0, dtype=np.int64)
+    return StubbornTables(
+        none64,
+        none64,
+        none64,
+        none64,
+        none64,
+        none32,
+        0,
+        0,
+        0,
+        none32,
+        none64,
+        none32,
+        none64,
+        none8,
+        none64,
+        none32,
+        none8,
+    )
+
+
 class _Scratch(NamedTuple):
     """Working space of the expansion.
 
@@ -117,6 +185,8 @@ class _Scratch(NamedTuple):
         last_row: for ``MAY_BRANCH``: an entry per dense event, none of them the number of a row to be expanded.
         branching: one entry, set to 1 when a state has two targets for a visible event.
         table_row, odometer: an entry per participant of the widest product.
+        within: for stubborn sets: per slot the number of the last set that it was in, and behind them the last number.
+        waiting: an entry per slot.
     """
 
     seen: Int32Array
@@ -124,6 +194,8 @@ class _Scratch(NamedTuple):
     branching: Int64Array
     table_row: Int64Array
     odometer: Int64Array
+    within: Int64Array
+    waiting: Int64Array
 
 
 class Scratch(Handed, _Scratch):

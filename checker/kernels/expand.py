@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from cspcheck.checker.arrays import Int32Array, Int64Array
 from cspcheck.checker.kernels.arrays import Index, Rules, Scratch
+from cspcheck.checker.kernels.stubborn import stubborn_set
 from cspcheck.checker.kernels.table import hash_of, mixed, same_row
 
 MAY_REPEAT = 1
@@ -171,6 +172,8 @@ def expand(
 ) -> int:
     """The successors of the rows *first* to *last* of *states* by the rules of *index*, as many rows as fit.
 
+    Where there are tables for it, only the rules of a stubborn set of each state are looked at.
+
     The transitions of row ``first + i`` become entries ``offsets[i]:offsets[i + 1]`` of *targets* (with the row's
     words past *words* unchanged), *events* and *fired* (rules). The latter two are filled only if they are not
     empty; *care* needs them.
@@ -189,12 +192,16 @@ def expand(
     """
     homes = len(index.word)
     prioritised = len(rules.yields) > 0
+    narrowing = len(rules.stubborn.word) > 0
     count = 0
     offsets[0] = 0
     for row in range(first, last):
         base = row * stride
         start = count
         bits = -1  # what the rules raise that can fire here is found out when a rule asks
+        narrowed = 0
+        if narrowing:
+            narrowed = stubborn_set(rules.stubborn, states, base, scratch)
         for home in range(homes):
             k = index.base[home] + ((states[base + index.word[home]] >> index.shift[home]) & index.mask[home])
             for entry in range(index.offsets[k], index.offsets[k + 1]):
@@ -204,6 +211,10 @@ def expand(
                         if states[base] & rules.mask[item] != rules.value[item]:
                             continue
                     elif not fires(rules, item, states, base):
+                        continue
+                if narrowed > 0:
+                    rule = rules.rule[item] if item >= 0 else rules.product_rule[-1 - item]
+                    if scratch.within[rules.stubborn.slot[rules.stubborn.parts[rule]]] != narrowed:
                         continue
                 if prioritised:
                     rule = rules.rule[item] if item >= 0 else rules.product_rule[-1 - item]

@@ -19,6 +19,7 @@ import numpy as np
 
 from cspcheck.checker.kernels import (
     arrays as kernels_arrays,
+    company as kernels_company,
     diamonds as kernels_diamonds,
     expand as kernels_expand,
     levels as kernels_levels,
@@ -26,6 +27,7 @@ from cspcheck.checker.kernels import (
     pairs as kernels_pairs,
     partition as kernels_partition,
     runs as kernels_runs,
+    stubborn as kernels_stubborn,
     subsets as kernels_subsets,
     table as table_kernels,
     taus as kernels_taus,
@@ -35,6 +37,7 @@ T = TypeVar("T")
 
 MODULES: tuple[ModuleType, ...] = (
     table_kernels,
+    kernels_stubborn,
     kernels_expand,
     kernels_pairs,
     kernels_levels,
@@ -49,6 +52,7 @@ TAU_MODULES: tuple[ModuleType, ...] = (
     kernels_subsets,
     kernels_taus,
     kernels_diamonds,
+    kernels_company,
 )
 """Where those are that follow taus, and what they call. Most checks do without them, and without making them."""
 
@@ -86,6 +90,8 @@ TAU_ENTRIES: machine_code.Entries = {
     "saturate": (),
     "diamonds": (),
     "refine_by_signatures": (),
+    "expand_together": ONE_WORD,
+    "chase_taus": (),
 }
 """Those of them that are called from outside."""
 
@@ -130,6 +136,8 @@ class Kernels:
         saturate = staticmethod(kernels_taus.saturate)
         diamonds = staticmethod(kernels_diamonds.diamonds)
         refine_by_signatures = staticmethod(kernels_taus.refine_by_signatures)
+        expand_together = staticmethod(kernels_company.expand_together)
+        chase_taus = staticmethod(kernels_company.chase_taus)
 
     def __getattr__(self, name: str) -> Kernel:
         if name not in self._functions:
@@ -210,7 +218,10 @@ def _on_views(function: FunctionType) -> Kernel:
     """The function, called with memory views instead of arrays."""
 
     def call(*arguments: Any) -> Any:
-        return function(*map(_view, arguments))
+        # Written out, for there are so many calls with a few rows each.
+        return function(
+            *[a.data if type(a) is np.ndarray else _view(a) if isinstance(a, tuple) else a for a in arguments]
+        )
 
     return call
 

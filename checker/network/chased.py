@@ -12,6 +12,7 @@ from functools import partial
 from itertools import product
 
 from cspcheck.checker.network.actions import TooManyActions
+from cspcheck.checker.network.compiled_taus import CompiledTaus
 from cspcheck.checker.network.lazy_terms import LazyTerms
 from cspcheck.checker.network.skeleton import Component, compile_parts
 from cspcheck.checker.network.trees import Key, tree_of
@@ -28,6 +29,12 @@ Change = tuple[int, tuple[int, ...]]
 """Tau rules that can fire no more, as bits, and tau rules that may have come to."""
 
 CHASES = ("chase", "chase_nocache")
+
+FOLLOWED = 200
+"""So many times taus are followed before the kernel for it is worth its loading."""
+
+COMPILED = True
+"""In which form that kernel is used."""
 
 MOST_LOCAL = 2_000
 """A component inside has at most so many states; else the rule is applied to terms."""
@@ -78,6 +85,8 @@ class Chased:
             for slot, label in moves:
                 self._touching[slot].append((place, label))
         self._changes: dict[tuple[int, int | None, int], Change] = {}
+        self._followed = 0
+        self._compiled: CompiledTaus | None = None
         self.alphabet = (TAU, *self._visible)
         self._states: list[Locals] = []
         self._number: dict[Locals, int] = {}
@@ -161,6 +170,11 @@ class Chased:
         *before* is the state from which an event led to the start, and in which no tau rule could fire; None if there
         is no such state.
         """
+        self._followed += 1
+        if self._followed > FOLLOWED:
+            if self._compiled is None:
+                self._compiled = CompiledTaus(self._able, self._taus, compiled=COMPILED)
+            return self._compiled.chased(start)
         here = list(start)
         seen = {start}
         # The rules that can fire, by their places in the order.

@@ -13,7 +13,7 @@ from fast to slow, all with the same states and transitions:
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from cspcheck.checker.network.actions import TooManyActions
 from cspcheck.checker.network.chased import MOST_LOCAL, Chases, NotChasable as NotChased
@@ -44,12 +44,19 @@ FEW = (24, 256)
 """A component with more states than this by itself is left, to see whether the whole has as many."""
 SMALL = 2_000
 """A component with parallel parts and more states than this is taken apart if it can be."""
+LISTED_IN_COMPANY = 2_000
+"""A composition in which something is chased is listed up to so many states; of a larger one no more is worked out than
+what the whole gets to see of what is chased."""
 SLOT_STATES = 20_000
 """A component of a network with parts is explored so far before other ways are tried."""
 MOST_TERMS = 500_000
 """So many states are explored as terms where no limit is given: less than a gigabyte and about fifteen seconds."""
 BYTES_PER_TERM = 1_500
 """What a state explored as a term takes, all told."""
+
+
+Company = Callable[[LazyComposition, Limits, Poll | None], Network]
+"""The network of a composition with what the whole gets to see of what is chased; raises ``LimitReached``."""
 
 
 class Compiler:
@@ -59,6 +66,8 @@ class Compiler:
         slot_states: how far a component is explored before other ways are tried.
         semantics: the transitions of terms; by default as the operators say.
         chases: what is chased; by default that is worked out for this compiler.
+        company: gives the network of a composition in which something is chased, where that is large; by default its
+            states are listed here.
     """
 
     def __init__(
@@ -67,7 +76,10 @@ class Compiler:
         slot_states: int = SLOT_STATES,
         semantics: Semantics | None = None,
         chases: Chases | None = None,
+        company: Company | None = None,
     ) -> None:
+        self._company = company
+        self._limits = Limits()
         self.chases = chases or Chases(self._inside_chase, lambda: self.semantics)
         self.semantics = semantics or Semantics(ahead=self.chases.row)
         self._slot_states = slot_states
@@ -95,15 +107,15 @@ class Compiler:
         """
         most = min(MOST_TERMS if limits.states is None else limits.states, _terms_in(limits.memory_bytes))
         # Machines of parts are compiled in the middle of the compilation of the whole.
-        outer = self._machines.poll
-        self._machines.poll = poll
+        outer, limited = self._machines.poll, self._limits
+        self._machines.poll, self._limits = poll, limits
         self.semantics.state(process)
         try:
             return self._prioritised(process, most) or self._network(process, most)
         except TooManyActions:
             return self._single(process, most)
         finally:
-            self._machines.poll = outer
+            self._machines.poll, self._limits = outer, limited
 
     def _prioritised(self, process: Process, most: int) -> Network | None:
         """The network of a priority over a composition, with the rules of the composition; None if it is no such thing.
@@ -155,8 +167,11 @@ class Compiler:
             return None
         compressed = any(slot.compressed is not None for slot in composition.network.slots)
         try:
-            machine = composition.explored(most, self._machines.poll)
+            few = most if self._company is None else min(most, LISTED_IN_COMPANY)
+            machine = composition.explored(few, self._machines.poll)
         except MoreStates as more:
+            if self._company is not None and most > few:
+                return self._company(composition, self._limits, self._machines.poll)
             try:
                 return self._composed(process, slot_states)
             except _TooLarge:

@@ -6,7 +6,9 @@ states in company. Its states are worked out when the whole gets there. The othe
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from itertools import product
 
 from cspcheck.checker.lts import Lts
@@ -60,6 +62,9 @@ class LazyComposition:
     Attributes:
         components: what stands in each slot.
         network: the rules; the machine of what is chased is not the one that it has.
+        chased: by slot, what is chased.
+        initial: the local state of each component at the beginning.
+        driven: by slot and label, the rules that this slot is asked for: what comes of it and what the others must do.
 
     Raises:
         Unsuited: nothing is chased, or the composition is not of such a kind.
@@ -88,20 +93,20 @@ class LazyComposition:
             self.network, self.components = compile_parts(process, explored, is_machine, has_machines)
         except TooManyActions:
             raise NotChasable from None
-        self._chased: dict[int, Chased] = {}
+        self.chased: dict[int, Chased] = {}
+        self._has_machines = has_machines
         initial = [0] * len(self.components)
         for slot, part in enumerate(self.components):
             found = chases.of(semantics.state(part.process))
             if found is not None:
-                self._chased[slot], initial[slot] = found
-        if not self._chased or any(rule.result == TICK for rule in self.network.rules):
+                self.chased[slot], initial[slot] = found
+        if not self.chased or any(rule.result == TICK for rule in self.network.rules):
             raise NotChasable
-        self._initial: Locals = tuple(initial)
+        self.initial: Locals = tuple(initial)
         self._rows = [
-            None if slot in self._chased else _rows(component_.lts)
-            for slot, component_ in enumerate(self.network.slots)
+            None if slot in self.chased else _rows(component_.lts) for slot, component_ in enumerate(self.network.slots)
         ]
-        self._driven = self._drivers(self.network)
+        self.driven = self._drivers(self.network)
         self._candidates: dict[tuple[int, int], list[tuple[int, tuple[int, ...], Moves]]] = {}
 
     def explored(self, most: int, poll: Poll | None) -> Explored:
@@ -117,13 +122,23 @@ class LazyComposition:
             return tree.put_together([self._local_term(*found) for found in enumerate(states[number])])
 
         try:
-            lts = spanned(self._initial, self._successors, most, poll, states)
+            lts = spanned(self.initial, self._successors, most, poll, states)
         except TooMany:
             raise MoreStates(LazyTerms(len(states), term)) from None
         return Explored(lts, LazyTerms(len(states), term))
 
+    def network_of(self, machines: Mapping[int, tuple[Lts, Sequence[int]]]) -> Network:
+        """The network, given the machine of each component that is chased, and which of its states the machine has."""
+        slots = list(self.network.slots)
+        for slot, (lts, states) in machines.items():
+            chased = self.chased[slot]
+            terms = LazyTerms(len(states), partial(_term_of, chased, states))
+            compressed = self.components[slot].process if self._has_machines(terms[0]) else None
+            slots[slot] = replace(slots[slot], lts=lts, terms=terms, compressed=compressed)
+        return replace(self.network, slots=tuple(slots))
+
     def _local_term(self, slot: int, state: int) -> Process:
-        return self._chased[slot].term(state) if slot in self._chased else self.network.slots[slot].terms[state]
+        return self.chased[slot].term(state) if slot in self.chased else self.network.slots[slot].terms[state]
 
     def _drivers(self, network: Network) -> list[dict[int, list[tuple[int, Moves]]]]:
         """By slot and label: the rules that this slot is asked for first, each with what the others must do.
@@ -163,7 +178,7 @@ class LazyComposition:
         if found is None:
             found = self._candidates[slot, local] = [
                 (result, targets, others)
-                for label, driven in self._driven[slot].items()
+                for label, driven in self.driven[slot].items()
                 if (targets := self._after(slot, local, label))
                 for result, others in driven
             ]
@@ -171,7 +186,11 @@ class LazyComposition:
 
     def _after(self, slot: int, local: int, label: int) -> tuple[int, ...]:
         rows = self._rows[slot]
-        return self._chased[slot].after(local, label) if rows is None else rows[local].get(label, ())
+        return self.chased[slot].after(local, label) if rows is None else rows[local].get(label, ())
+
+
+def _term_of(chased: Chased, states: Sequence[int], number: int) -> Process:
+    return chased.term(states[number])
 
 
 def _rows(lts: Lts) -> list[dict[int, tuple[int, ...]]]:

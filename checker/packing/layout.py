@@ -48,9 +48,16 @@ class Layout:
 
 
 def lay_out(network: Network) -> Layout:
-    """Fields in as few words as possible, those of neighbouring slots next to each other where that costs no word."""
+    """The fields of the states of a network."""
     widths = [(network.formats - 1).bit_length()]
-    widths += [(slot.lts.states - 1).bit_length() for slot in network.slots]
+    return layout_of([*widths, *[(slot.lts.states - 1).bit_length() for slot in network.slots]])
+
+
+def layout_of(widths: Sequence[int]) -> Layout:
+    """Fields of these widths, that of the format first, in as few words as possible.
+
+    Those of neighbouring slots are next to each other where that costs no word.
+    """
     in_order = _first_fit(widths, range(len(widths)))
     by_width = _first_fit(widths, sorted(range(len(widths)), key=lambda i: -widths[i]))
     fields, words = min(in_order, by_width, key=lambda placed: placed[1])

@@ -24,8 +24,8 @@ from cspcheck.cspm.recursion import deep_recursion
 
 MOST_BYTES = 64 << 20
 """When all answers together are larger, those that were used longest ago go."""
-_TIDY = 64
-"""One in so many new answers looks at how large all are."""
+_TIDY = 128
+"""One in so many new answers looks at how large all are: which, their names say, however many runs they come from."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,6 @@ class KeptAnswers:
     def __init__(self, specification: core.Specification, model: core.ClassModel | None) -> None:
         self._subject = (specification, model)
         self._digest: str | None = None
-        self._stored = 0
 
     def key(self, request: Request) -> str | None:
         """The name of the answer to a request; None where nothing can be kept."""
@@ -79,8 +78,7 @@ class KeptAnswers:
         except (TooDeep, OSError):
             return
         store(path, seal(content))
-        self._stored += 1
-        if self._stored % _TIDY == 1:
+        if int(key[:8], 16) % _TIDY == 0:
             tidy(folder)
 
 

@@ -59,12 +59,15 @@ class Expander:
         self.events: Int32Array = np.empty(detailed, dtype=np.int32)
         self.fired: Int32Array = np.empty(detailed, dtype=np.int32)
         participants = self.packed.participants
+        narrowed = len(self.packed.rules.stubborn.word)
         self.scratch = Scratch(
             seen=np.full(2 << capacity.bit_length() if self._care & MAY_REPEAT else 1, -1, dtype=np.int32),
             last_row=np.full(len(self.packed.events), -1, dtype=np.int64),
             branching=np.zeros(1, dtype=np.int64),
             table_row=np.zeros(participants, dtype=np.int64),
             odometer=np.zeros(participants, dtype=np.int64),
+            within=np.zeros(narrowed + 1, dtype=np.int64),
+            waiting=np.zeros(narrowed, dtype=np.int64),
         )
 
     @classmethod

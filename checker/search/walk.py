@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from cspcheck.checker.arrays import BoolArray, Int64Array
+from cspcheck.checker.arrays import BoolArray, Int64Array, distinct
 from cspcheck.checker.kernels.arrays import Index
 from cspcheck.checker.kernels.jit import Kernels, kernels_for
 from cspcheck.checker.kernels.pairs import REFUSAL
@@ -16,9 +16,12 @@ from cspcheck.checker.search.expansion import Expander
 from cspcheck.checker.search.pairs import Pairs
 from cspcheck.checker.search.visited import Visited
 from cspcheck.checker.sparse_rows import gather_rows
+from cspcheck.cspm.process.events import TAU
 
 CHUNK = 1 << 16
 """Rows that are expanded in detail at a time."""
+FEW = 1 << 12
+"""Of so few rows all transitions are kept: a path through them asks for the same ones again and again."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -122,6 +125,50 @@ def refusing_rows(packed: PackedNetwork, pairs: Pairs, rows: Int64Array) -> Int6
     return np.flatnonzero(verdicts & REFUSAL)
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Numbered:
+    """Transitions of rows, with the numbers of their targets; -1 for those that are not in a completed level."""
+
+    found: Transitions
+    targets: Int64Array
+
+    def select(self, chosen: BoolArray | Int64Array) -> Numbered:
+        """Some of them."""
+        return Numbered(self.found.select(chosen), self.targets[chosen])
+
+
+class _Kept:
+    """The transitions of the first rows of a walk.
+
+    Attributes:
+        starts: shape (rows + 1,): where those of each row begin.
+        everything, taus, visible: shape (transitions,): which of them each question means.
+    """
+
+    def __init__(
+        self, known: Numbered, may_be_taken: Callable[[Transitions, Int64Array], BoolArray], count: int
+    ) -> None:
+        self._known = known
+        self.starts = np.searchsorted(known.found.sources, np.arange(count + 1))
+        self.everything = np.ones(len(known.targets), dtype=np.bool_)
+        taken = may_be_taken(known.found, np.arange(count))
+        self.taus = taken & (known.found.events == TAU)
+        self.visible = taken & (known.found.events != TAU)
+
+    def has(self, numbers: Int64Array) -> bool:
+        """Whether all these rows are among the first."""
+        return len(numbers) > 0 and int(numbers.max()) < len(self.starts) - 1
+
+    def of(self, numbers: Int64Array, wanted: BoolArray) -> Numbered:
+        """Those of some rows."""
+        chosen = gather_rows(self.starts, numbers)
+        sources = np.repeat(np.arange(len(numbers)), self.starts[numbers + 1] - self.starts[numbers])
+        those = wanted[chosen]
+        found = self._known.found.select(chosen[those])
+        found = Transitions(sources[those], found.events, found.rules, found.targets, found.nodes)
+        return Numbered(found, self._known.targets[chosen[those]])
+
+
 class Walk:
     """The rows of an exploration and their transitions.
 
@@ -131,13 +178,44 @@ class Walk:
         levels: see ``Exploration``; rows past the last level do not count.
     """
 
-    __slots__ = ("levels", "packed", "pairs", "visited")
+    __slots__ = ("_kept", "levels", "packed", "pairs", "visited")
 
     def __init__(self, packed: PackedNetwork, pairs: Pairs | None, visited: Visited, levels: Sequence[int]) -> None:
         self.packed = packed
         self.pairs = pairs
         self.visited = visited
         self.levels = levels
+        self._kept: _Kept | None = None
+
+    def keep(self, count: int) -> None:
+        """Be ready for many questions about the first *count* rows, if these are few."""
+        if count <= FEW and (self._kept is None or count >= len(self._kept.starts)):
+            self._kept = _Kept(self._with_numbers(np.arange(count), None), self._may_be_taken, count)
+
+    def transitions(self, numbers: Int64Array) -> Numbered:
+        """All transitions of some of the rows, also those that the search did not take."""
+        if self._kept is not None and self._kept.has(numbers):
+            return self._kept.of(numbers, self._kept.everything)
+        return self._with_numbers(numbers, None)
+
+    def steps(self, numbers: Int64Array, *, taus: bool) -> Numbered:
+        """The taus or the visible events that the search took from some of the rows."""
+        if self._kept is not None and self._kept.has(numbers):
+            return self._kept.of(numbers, self._kept.taus if taus else self._kept.visible)
+        found = self._with_numbers(numbers, [self.packed.tau if taus else self.packed.visible])
+        return found if self.pairs is None else found.select(self._may_be_taken(found.found, numbers))
+
+    def _with_numbers(self, numbers: Int64Array, indexes: Sequence[Index] | None) -> Numbered:
+        found = transitions_of(self.packed, self.pairs, self.rows(numbers), indexes)
+        return Numbered(found, self.find(found.targets))
+
+    def _may_be_taken(self, found: Transitions, numbers: Int64Array) -> BoolArray:
+        """Which transitions of rows with these numbers the search took."""
+        if self.pairs is None:
+            return np.ones(len(found.sources), dtype=np.bool_)
+        divergent = self.pairs.guide.divergent[self.pairs.nodes(self.rows(numbers))] != 0
+        taken: BoolArray = (found.nodes >= 0) & ~divergent[found.sources]
+        return taken
 
     def rows(self, indices: Int64Array) -> Int64Array:
         """Some of the rows, flat."""
@@ -166,6 +244,11 @@ class Walk:
 
     def edges(self, first: int, last: int, indexes: Sequence[Index] | None = None) -> Iterator[Edges]:
         """The transitions of consecutive rows by numbers, in chunks; those to rows that do not count are left out."""
+        if self._kept is not None and last < len(self._kept.starts) and indexes is not None and len(indexes) == 1:
+            steps = self.steps(np.arange(first, last), taus=indexes[0] is self.packed.tau)
+            known = steps.targets >= 0
+            yield Edges(first + steps.found.sources[known], steps.found.events[known], steps.targets[known])
+            return
         for start in range(first, last, CHUNK):
             found = self.moves(self.span(start, min(last, start + CHUNK)), indexes)
             targets = self.find(found.targets)
@@ -209,11 +292,11 @@ def backwards(sources: Int64Array, targets: Int64Array, first: int, last: int, s
     order = np.argsort(targets, kind="stable")
     sources, starts = sources[order], np.searchsorted(targets[order], np.arange(last - first + 1))
     distance = np.full(last - first, -1, dtype=np.int64)
-    frontier = np.unique(seeds) - first
+    frontier = distinct(seeds) - first
     steps = 0
     while len(frontier):
         distance[frontier] = steps
         steps += 1
-        reached = np.unique(sources[gather_rows(starts, frontier)])
+        reached = distinct(sources[gather_rows(starts, frontier)])
         frontier = reached[distance[reached] < 0]
     return distance

@@ -128,6 +128,8 @@ def _condition(result: Result) -> dict[str, Any]:
             }
             for size in result.every_size
         ]
+    if result.outcome.reduction is not None:
+        found["reduction"] = result.outcome.reduction
     if result.coverage is not None:
         found["coverage"] = coverage_object(result.coverage)
     return found

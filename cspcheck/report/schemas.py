@@ -130,6 +130,7 @@ _RESULT: Final[Schema] = {
     "readings": TEXTS,
     "view": _one_of("control"),
     "every_size": _list(EVERY_SIZE),
+    "reduction": _one_of("partial order"),
     "coverage": COVERAGE,
 }
 _DIAGNOSTIC: Final[Schema] = {
@@ -143,7 +144,7 @@ _DIAGNOSTIC: Final[Schema] = {
     "end_column": MAYBE_NUMBER,
     "help": MAYBE_TEXT,
 }
-_CONDITIONS: Final = ("readings", "view", "every_size", "coverage")
+_CONDITIONS: Final = ("readings", "view", "every_size", "reduction", "coverage")
 RESULT: Final = _object(_RESULT, optional=_CONDITIONS)
 DIAGNOSTIC: Final = _object(_DIAGNOSTIC)
 SUMMARY: Final = _object({"pass": NUMBER, "fail": NUMBER, "unknown": NUMBER, "error": NUMBER})

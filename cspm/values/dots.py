@@ -202,10 +202,11 @@ class Dotted:
     and so compare by identity.
     """
 
-    __slots__ = ("_hash", "complete", "fields", "head")
+    __slots__ = ("_hash", "complete", "fields", "head", "order")
 
     def __init__(self, head: Head, fields: tuple[Any, ...], complete: bool) -> None:
         self.head = head
+        self.order: tuple[Any, ...] | None = None
         self.fields = fields
         self.complete = complete
         self._hash = hash((head, fields))

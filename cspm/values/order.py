@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import fields
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from cspcheck.cspm.process.events import EventSet
 from cspcheck.cspm.process.terms import Process, Reference
@@ -17,8 +17,17 @@ from cspcheck.cspm.values.dots import ChannelHead, Constructor, DotList, Dotted,
 from cspcheck.cspm.values.values import Boolean, Function, Map, Real, Sequence
 
 _LONGEST_TERM = 10_000
+_KEPT: Final = 100
+"""A constructor's value keeps its key if that is no longer: it is an element of one set after the other."""
 _END: Final = object()
 """Closes what can have more or fewer parts; in a key it comes before all that a part could be."""
+
+
+class _Closed(NamedTuple):
+    """Behind the fields of a value in the stack: where its key begins, which is whole then."""
+
+    value: Dotted
+    begun: int
 
 
 def in_order(values: Iterable[Any]) -> list[Any]:
@@ -52,7 +61,7 @@ def order_key(value: Any) -> list[Any]:
         elif kind is str:
             key += (2, item)
         elif kind is Real:
-            key += (1, item.value)
+            key += (1, item.key)
         elif kind is tuple:
             key.append(3)
             stack.extend(reversed(item))
@@ -66,13 +75,22 @@ def order_key(value: Any) -> list[Any]:
             for entry in reversed(entries):
                 stack += (item.entries[entry], entry)
         elif kind is Dotted:
+            if item.order is not None:
+                key += item.order
+                continue
+            begun = len(key)
             head = item.head
             if isinstance(head, Constructor):
                 key += (7, *head.rank)
             else:
                 assert isinstance(head, ChannelHead)
                 key += (8, head.declared.base, head.declared.order)
+            if item.complete:
+                stack.append(_Closed(item, begun))
             stack += (_END, *reversed(item.fields))
+        elif kind is _Closed:
+            if len(key) - item.begun <= _KEPT:
+                item.value.order = tuple(key[item.begun :])
         elif kind is Event:
             key += (9, item.number)
         elif kind is DotList:

@@ -23,6 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from fractions import Fraction
+from math import inf
 from typing import Any, Final
 
 from cspcheck.cspm.values import messages as messages
@@ -68,20 +69,35 @@ def boolean(truth: bool) -> Boolean:
 class Real:
     """A real number. The language has no arithmetic for them: they come and go as values of events."""
 
-    __slots__ = ("value",)
+    __slots__ = ("_hash", "_key", "value")
 
     def __init__(self, value: Fraction) -> None:
         self.value = value
+        self._key: Fraction | float | None = None
+        self._hash: int | None = None
 
     def is_same(self, other: Any) -> bool:
         """``==`` of the language."""
         return bool(self == other)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Real) and self.value == other.value
+        return self is other or (isinstance(other, Real) and self.value == other.value)
 
     def __hash__(self) -> int:
-        return hash((Real, self.value))
+        if self._hash is None:  # that of a fraction takes a modular inverse
+            self._hash = hash((Real, self.value))
+        return self._hash
+
+    @property
+    def key(self) -> Fraction | float:
+        """A number of the same size that is compared as fast as can be: a float where one is exact."""
+        if self._key is None:
+            try:
+                near = float(self.value)
+            except OverflowError:
+                near = inf
+            self._key = near if near == self.value else self.value
+        return self._key
 
     def __repr__(self) -> str:
         from cspcheck.cspm.values.text import show_real

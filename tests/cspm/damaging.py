@@ -10,7 +10,13 @@ import os
 import random
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from types import ModuleType
 
+import pytest
+
+from cspcheck.cspm import recursion
+from cspcheck.cspm.evaluator import builtins_data, comprehensions, core
+from cspcheck.cspm.values import comparison, values
 from tests.cspm.syntax.strategies_syntax import EXAMPLES
 
 SEED = os.environ.get("CSPCHECK_SEED", "")
@@ -94,3 +100,24 @@ def told(content: object) -> Iterator[None]:
     except BaseException as error:
         error.add_note(f"the input: {content!r}")
         raise
+
+
+PATIENT: tuple[tuple[ModuleType, tuple[str, ...]], ...] = (
+    (values, ("LONGEST", "STEPS", "FRUITLESS")),
+    (comparison, ("PATIENCE",)),
+    (builtins_data, ("STEPS", "FRUITLESS")),
+    (comprehensions, ("FRUITLESS",)),
+    (recursion, ("FRAMES",)),
+    (core, ("FRAMES",)),
+)
+"""The limits of evaluation, where they are used."""
+
+
+def short_patience(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What has no end is given up after a sixteenth of the usual steps.
+
+    Damaged texts without end are found at once, and the usual number of steps would be most of the time of the tests.
+    """
+    for module, names in PATIENT:
+        for name in names:
+            monkeypatch.setattr(module, name, getattr(module, name) // 16)

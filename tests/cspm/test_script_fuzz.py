@@ -22,7 +22,7 @@ from cspcheck.cspm.source import Source
 from cspcheck.cspm.syntax import tree as s
 from cspcheck.runs import read_records
 from tests.cspm import causes
-from tests.cspm.damaging import SMALL, chances, damaged_texts, told
+from tests.cspm.damaging import SMALL, chances, damaged_texts, short_patience, told
 from tests.cspm.evaluator.test_corpus_evaluate import operands
 from tests.cspm.parsing.test_parser_fuzz import CORPUS, SCRIPTS
 from tests.cspm.syntax.strategies_syntax import fuzz, scripts
@@ -46,6 +46,13 @@ def through(share: float) -> settings:
 
 
 SPECS = Path(__file__).parents[2] / "specs"
+
+
+@pytest.fixture(autouse=True)
+def _short_patience(monkeypatch: pytest.MonkeyPatch) -> None:
+    short_patience(monkeypatch)
+
+
 FEW = 30
 """So many terms of each assertion are unfolded."""
 

@@ -108,14 +108,14 @@ def _carried(node: CarrierSet, conversion: Conversion) -> Set:
         low, high = (terms.value(operand) for operand in first.operands)
         return Range(low, high)
     try:
-        values = {value: None for way in ways for value in way.code(scope.frame())}
+        values = [value for way in ways for value in way.code(scope.frame())]
     except TooLarge as large:
         # Whoever does not go through it, such as a proof, has no reason to complain.
         diagnostic = large.diagnostic
         test = _converted_member(terms, first, conversion, node.element)
         return WideSet(first, test, lambda: Failure(diagnostic, is_limit=True))
     if isinstance(node.element, core.IntType):
-        numbers = sorted(values)
+        numbers = sorted(set(values))
         if numbers and numbers[-1] - numbers[0] == len(numbers) - 1:
             return Range(numbers[0], numbers[-1])
         return set_of(numbers)

@@ -27,6 +27,9 @@ from cspcheck.cspm.values.dots import Dotted, Head
 from cspcheck.cspm.values.sets import Set, set_of
 from cspcheck.cspm.values.values import FALSE, TRUE, Boolean, Map, Real, Sequence, deep
 
+REALS = 1 << 12
+"""So many real numbers are kept to be given again."""
+
 
 class Conversion:
     """Converts values of the types of one script.
@@ -40,6 +43,7 @@ class Conversion:
         self._heads = heads
         self._arguments = _argument_types(specification)
         self._known: dict[str, list[Head]] = {}
+        self._reals: dict[int, Real] = {}
 
     def _of(self, datatype: str) -> list[Head]:
         found = self._known.get(datatype)
@@ -55,7 +59,7 @@ class Conversion:
             case core.BoolType():
                 return TRUE if value else FALSE
             case core.RealType():
-                return Real(value)
+                return self._real(value)
             case core.GivenType():
                 return self._of(type_.name)[value.number - 1].value
             case core.FreeType():
@@ -78,6 +82,15 @@ class Conversion:
             case core.BagType():
                 return deep(Map({self.to_cspm(a, type_.element): n for a, n in value.items()}))
         raise TypeError(type_)
+
+    def _real(self, value: Fraction) -> Real:
+        """The same for the same fraction: those of a large carrier share a few, which are costly to compare."""
+        known = self._reals.get(id(value))
+        if known is None or known.value is not value:
+            if len(self._reals) >= REALS:
+                self._reals.clear()
+            known = self._reals[id(value)] = Real(value)
+        return known
 
     def _argument(self, datatype: str, rank: int) -> core.Type:
         """The type of what a constructor of a free type is applied to."""

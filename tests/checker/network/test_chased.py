@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
+from unittest.mock import patch
 
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from cspcheck.checker.network import chased, compiler
 from cspcheck.checker.network.compiler import Compiler, compile_network
-from cspcheck.checker.network.lazily import is_chased
-from cspcheck.checker.semantics.transitions import Explored, LimitReached, Semantics, explore
+from cspcheck.checker.network.lazily import LazyComposition, is_chased
+from cspcheck.checker.network.network import Network
+from cspcheck.checker.packing.packed import pack
+from cspcheck.checker.search import exploration as search
+from cspcheck.checker.search.company import together
+from cspcheck.checker.semantics.transitions import Explored, LimitReached, Poll, Semantics, explore
 from cspcheck.checker.verdict import Limits
 from cspcheck.cspm.process.events import EventSet
 from cspcheck.cspm.process.terms import (
@@ -101,14 +108,19 @@ def machine(process: Process, semantics: Semantics) -> Explored:
     return explore(process, Limits(states=400), semantics=semantics)
 
 
+@pytest.mark.parametrize("kernel", ["none", "interpreted", "compiled"])
 @MANY
 @given(skeletons(components()))
-def test_states_and_transitions_are_those_of_the_rule_term_by_term(process: Process) -> None:
+def test_states_and_transitions_are_those_of_the_rule_term_by_term(kernel: str, process: Process) -> None:
     try:
         expected = machine(chase(process), Semantics())
     except LimitReached:
         return
-    found = machine(chase(process), Compiler().semantics)
+    with (
+        patch.object(chased, "FOLLOWED", chased.FOLLOWED if kernel == "none" else 0),
+        patch.object(chased, "COMPILED", kernel == "compiled"),
+    ):
+        found = machine(chase(process), Compiler().semantics)
     assert tuple(found.terms) == tuple(expected.terms)
     assert [list(found.lts.successors(s)) for s in range(found.lts.states)] == [
         list(expected.lts.successors(s)) for s in range(expected.lts.states)
@@ -126,6 +138,25 @@ def test_a_composition_with_chased_parts_is_what_its_terms_are(process: Process)
     network = compile_network(process)
     if len(network.slots) == 1 and network.slots[0].terms[0] is expected.terms[0]:
         assert set(network.slots[0].terms) == set(expected.terms)
+
+
+def in_company(composition: LazyComposition, limits: Limits, poll: Poll | None, *, compiled: bool = False) -> Network:
+    """The network of a composition in which something is chased."""
+
+    def room(states: int, size: int) -> bool:
+        return limits.states is None or states <= limits.states
+
+    return together(composition, room, poll, compiled=compiled)
+
+
+@MANY
+@given(skeletons(st.one_of(components(), skeletons(components(), 2).map(chase)), 2))
+def test_as_much_of_what_is_chased_as_the_whole_gets_to_see_is_enough(process: Process) -> None:
+    def compiled(process: Process) -> Network:
+        return Compiler(company=in_company).network(process, Limits(states=5_000))
+
+    with patch.object(compiler, "LISTED_IN_COMPANY", 1):
+        assert_same_machine(process, compiled)
 
 
 def endless_eavesdropper(facts: int) -> Process:
@@ -177,3 +208,19 @@ def test_a_whole_that_is_large_for_its_other_parts_is_a_network() -> None:
     network = compile_network(system, Limits(states=50))
     assert len(network.slots) == 7
     assert len(interpreted(network)) == len(interpreted(compile_network(system))) == 4 * 2**6
+
+
+def test_what_is_asked_of_a_large_composition_is_worked_out_in_kernels() -> None:
+    facts, others = 12, 9
+    said = EventSet.of(range(10, 10 + 2 * facts))
+    user = then(10, 11, 12, 10 + facts, 11 + facts, STOP)
+    loops = [reference(f"L{i}", lambda i=i: then(50 + i, 60 + i, loops[i])) for i in range(others)]
+    system = share(said, user, endless_eavesdropper(facts))
+    network = Compiler(company=partial(in_company, compiled=True)).network(
+        interleave(system, *loops), Limits(states=50_000)
+    )
+    sizes = [slot.lts.states for slot in network.slots]
+    assert sizes == [6, 4] + [2] * others
+    exploration = search.explore(pack(network))
+    assert exploration.complete
+    assert exploration.levels[-1] == 6 * 2**others

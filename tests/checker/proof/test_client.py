@@ -168,6 +168,18 @@ class TestKeptAnswers:
         kept.tidy(tmp_path, 250)
         assert sorted(path.name for path in (tmp_path / "ab").iterdir()) == ["x", "y"]
 
+    def test_one_in_many_looks_at_how_large_all_are(
+        self, process: SolverProcess, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """Whoever keeps it: a program that asks a single question looks, too, now and then."""
+        looked: list[str] = []
+        solver(process).ask(POSSIBLE)  # makes the folder
+        monkeypatch.setattr(kept, "tidy", lambda folder: looked.append(key))
+        for number in range(1024):
+            key = f"{number * 0x10001 % 2**32:08x}".ljust(64, "0")
+            kept.KeptAnswers(SPECIFICATION, None).keep(key, Impossible(), ())
+        assert 4 <= len(looked) <= 16
+
 
 def test_only_values_of_ours_can_be_received() -> None:
     import pickle

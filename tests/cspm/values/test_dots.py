@@ -12,6 +12,7 @@ from cspcheck.cspm.script import Script, load
 from cspcheck.cspm.source import Source
 from cspcheck.cspm.values.dots import DotList, Dotted, Event, completions, dot, extensions
 from cspcheck.cspm.values.failure import Failure
+from cspcheck.cspm.values.order import in_order
 
 DECLARATIONS = """
 datatype T = A | B.{0..1} | C.T2.Bool
@@ -129,3 +130,14 @@ def test_a_constructor_of_another_type_is_refused_before_it_is_complete() -> Non
     script = load(Source("x.csp", "datatype X = Y.{0..1}\ndatatype Z = W.{0..1}\nchannel q : X.Bool"), typecheck=False)
     with pytest.raises(Exception, match="outside the first field of channel `q`"):
         value("q.W", script)
+
+
+@given(st.randoms(use_true_random=False))
+def test_values_of_constructors_keep_their_place_in_the_order(random: Any) -> None:
+    script = load(Source("dots.csp", DECLARATIONS))
+    texts = ["A", "B.0", "B.1", *map(".".join, itertools.product("C", ("D.0", "D.1", "E"), ("false", "true")))]
+    ordered = [value(text, script) for text in texts]
+    for _ in range(2):  # the second time they know their keys
+        found = random.sample(ordered, len(ordered))
+        assert in_order(found) == ordered
+        assert in_order([(other, found[0]) for other in found]) == [(other, found[0]) for other in ordered]

@@ -36,6 +36,7 @@ typedef struct posix_task {
     pthread_t thread;
     pthread_cond_t told;
     uint32_t notified;
+    uint32_t at_once; /* how many times more it sleeps without a look */
     bool sleeping;
     TickType_t until;
     struct posix_task *others;
