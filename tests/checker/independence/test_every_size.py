@@ -137,7 +137,7 @@ def scripts(draw: st.DrawFn) -> str:
 SEEN: Counter[str] = Counter()
 
 
-@settings(max_examples=examples(30), deadline=None)
+@settings(max_examples=examples(16), deadline=None)
 @given(scripts())
 def test_what_is_claimed_of_other_sizes_is_so(text: str) -> None:
     held(text, SEEN)
@@ -213,7 +213,7 @@ def class_scripts(draw: st.DrawFn) -> str:
     return "\n".join(lines)
 
 
-@settings(max_examples=examples(20), deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 @given(class_scripts())
 def test_what_is_claimed_of_classes_is_so(text: str) -> None:
     held(text, SEEN, 4)
