@@ -146,7 +146,7 @@ class Checker:
             return _inverted(self.check(assertion.inner))
         classes = self._script.classes
         if classes is None:
-            return self._check(assertion)
+            return self._for_every_size(assertion, self._check(assertion))
         if _is_proved(assertion):
             return self._check(assertion)  # proofs are about all values, whatever a search takes instead
         with self._proving(assertion):
@@ -172,7 +172,16 @@ class Checker:
             if outcome.verdict is Verdict.UNKNOWN and self._open is not None:
                 remark = f"{_NOT_FOR_ALL_VALUES}: {self._open}"
                 outcome = replace(outcome, remarks=(*outcome.remarks, remark))
-        return replace(outcome, readings=readings, control=classes.control)
+        outcome = replace(outcome, readings=readings, control=classes.control)
+        return outcome if classes.has_left else self._for_every_size(assertion, outcome)
+
+    def _for_every_size(self, assertion: Assertion, outcome: Outcome) -> Outcome:
+        """The outcome of a search with what it says of types of other sizes."""
+        if outcome.verdict is Verdict.UNKNOWN or not isinstance(assertion, Refinement | Property):
+            return outcome
+        from cspcheck.checker.independence.answering import for_every_size
+
+        return replace(outcome, every_size=for_every_size(assertion, self._script, outcome))
 
     @contextmanager
     def _proving(self, assertion: Assertion) -> Iterator[None]:
@@ -445,13 +454,18 @@ class Checker:
         try:
             machines, levels = self._machines.at_the_beginning(subject, budget, states)
             with during("looking at the beginning of the process", vague=True):
-                found = self._in_words(check(Context(machines, self._script.events, budget)))
-        except (Incomplete, ReplayFailure):
+                found = self._in_words(check(Context(machines, self._script.events, budget, self._sure, whole=levels)))
+        except (Incomplete, ReplayFailure) as error:
             # Beyond the levels that are there as a whole the machine has deadlocks that the process does not have.
-            return None
+            sure, self._sure.outcome = self._sure.outcome, None
+            if sure is None or not isinstance(error, Incomplete):
+                return None
+            return _untold(self._in_words(sure), error.reason)
         told = found.verdict is Verdict.PASS and length is not None and length < levels
         if found.counterexample is not None:
             told = sum(event != found.counterexample.tau for event in found.counterexample.trace) < levels
+        if not told:
+            self._sure.outcome = None
         return found if told else None
 
     def _in_words(self, outcome: Outcome) -> Outcome:

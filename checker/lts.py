@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cspcheck.checker.arrays import Int64Array
+from cspcheck.checker.arrays import Int64Array, distinct
+from cspcheck.checker.guard import afford
 from cspcheck.checker.sparse_rows import gather_rows
 
 
@@ -47,7 +48,7 @@ class Lts:
 
     def alphabet(self) -> tuple[int, ...]:
         """The labels that occur, ascending."""
-        return tuple(int(label) for label in np.unique(self.labels))
+        return tuple(int(label) for label in distinct(self.labels))
 
     @classmethod
     def from_successors(cls, rows: Sequence[Iterable[tuple[int, int]]], root: int = 0) -> Lts:
@@ -75,6 +76,7 @@ def sources(lts: Lts) -> Int64Array:
 
 def machine(states: int, starts: Int64Array, labels: Int64Array, targets: Int64Array, root: int = 0) -> Lts:
     """The machine with the given transitions, in any order and perhaps repeated."""
+    afford(8 * 5 * len(starts))
     order = np.lexsort([targets, labels, starts])
     starts, labels, targets = starts[order], labels[order], targets[order]
     fresh = np.ones(len(order), dtype=np.bool_)
@@ -100,6 +102,7 @@ def reachable(lts: Lts) -> Lts:
         known += len(found)
         order.append(found)
     states = np.concatenate(order)
+    afford(8 * 4 * lts.transitions)
     rows = gather_rows(lts.offsets, states)
     starts = np.repeat(np.arange(known), np.diff(lts.offsets)[states])
     return machine(known, starts, lts.labels[rows], number[lts.targets[rows]])

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cspcheck.checker.arrays import Int64Array
-from cspcheck.checker.budget import Budget
+from cspcheck.checker.budget import Budget, Incomplete
 from cspcheck.checker.checks.store import Machines
 from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.packing.stubborn import Kept
@@ -52,13 +52,19 @@ class PartialOrder:
 
 @dataclass(frozen=True, slots=True)
 class Context:
-    """Machines to share, names for events, the limits of the assertion, what is sure of it, and how it is searched."""
+    """Machines to share, names for events, the limits of the assertion, what is sure of it, and how it is searched.
+
+    Attributes:
+        machines, events, budget, sure, order: these.
+        whole: where the machines are the beginning of what they stand for: how many levels of them are as they should.
+    """
 
     machines: Machines
     events: EventTable
     budget: Budget
     sure: Sure = field(default_factory=Sure)
     order: PartialOrder = field(default_factory=PartialOrder)
+    whole: int | None = None
 
     def kept(self, packed: PackedNetwork, kept: Kept) -> Kept | None:
         """What a search of a network by partial order is to keep; None where it is not to be searched so."""
@@ -82,6 +88,15 @@ class Context:
     def failed(self, states: int, transitions: int, counterexample: Counterexample | None = None) -> None:
         """Note that the assertion fails, whatever becomes of the telling; *counterexample* as far as it is known."""
         self.sure.outcome = self.budget.outcome(Verdict.FAIL, None, states, transitions, counterexample)
+
+    def rely_on(self, level: int) -> None:
+        """Give up where *level* is not as it should, before anything is told of what was found there.
+
+        Raises:
+            Incomplete: it is not.
+        """
+        if self.whole is not None and level >= self.whole:
+            raise Incomplete(f"only {self.whole:,} levels of the process are known")
 
     def not_found(self, exploration: Exploration, sought: str) -> Outcome:
         """The outcome of a search that met nothing wrong: a pass if it was completed, else unknown."""

@@ -15,13 +15,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from cspcheck.checker.arrays import Int64Array
+from cspcheck.checker.arrays import BoolArray, Int64Array, distinct
 from cspcheck.checker.budget import Incomplete
 from cspcheck.checker.checks.choosing import chosen_part
 from cspcheck.checker.checks.context import Context, in_chunks
 from cspcheck.checker.checks.properties import divergence_found
 from cspcheck.checker.checks.reduced import looked_at
 from cspcheck.checker.checks.reducing import as_they_are, model_for, reduced
+from cspcheck.checker.checks.state_sets import StateSets
 from cspcheck.checker.checks.store import Aim
 from cspcheck.checker.checks.trace_runs import Along, along_original
 from cspcheck.checker.explain.behaviour import visible
@@ -40,8 +41,8 @@ from cspcheck.cspm.process.terms import Process
 
 Trace = tuple[int, ...]
 
-EARLIER_NODES = 20_000
-"""So many sets of states are looked at for nondeterminism that comes before a divergence."""
+LISTED = 4
+"""So many times the size of a machine is needed to list it and to look for nondeterminism in it."""
 
 
 def deterministic(context: Context, process: Process, model: FailuresModel) -> Outcome:
@@ -64,7 +65,8 @@ def deterministic(context: Context, process: Process, model: FailuresModel) -> O
         exploration = machines.exploration(process, aim, budget)
     level = exploration.divergence_level
     if level is not None and model == "FD":
-        context.failed(*context.covered(exploration, level))
+        if context.whole is None or level < context.whole:
+            context.failed(*context.covered(exploration, level))
         return _earlier_nondeterminism(context, process, exploration, level) or divergence_found(
             context, process, exploration, level
         )
@@ -76,6 +78,7 @@ def deterministic(context: Context, process: Process, model: FailuresModel) -> O
     try:
         trace = _first_nondeterminism(context, process, exploration)
         if trace is not None:
+            context.rely_on(len(trace))
             context.failed(*counts, _begun(context, trace))
         counterexample = None if trace is None else _explained(context, process, trace)
     except Incomplete as incomplete:
@@ -86,17 +89,22 @@ def deterministic(context: Context, process: Process, model: FailuresModel) -> O
 def _first_nondeterminism(context: Context, process: Process, exploration: Exploration) -> Trace | None:
     """The first trace with nondeterminism of a process that has been explored to its end, or None."""
     machines, budget = context.machines, context.budget
-    packed = machines.packed(process, budget)
+    packed, at_hand = machines.packed(process, budget), _is_at_hand(context, exploration)
     if exploration.divergence_level is None:
         # The choices that a candidate makes are not those of another; the traces that it does not match are the same.
-        lts = chosen_part(packed, budget) if exploration.is_partial else machines.lts(process, budget)
-        return _against_candidate(context, packed, candidate(lts))
-    if exploration.is_partial:
-        raise Incomplete(
-            "the process diverges, and its states do not fit into memory, where nondeterminism is looked for then: "
-            "ask for it in FD, or raise `--max-memory`"
-        )
-    return _by_normal_form(context, machines.lts(process, budget))
+        chosen = (machines.lts(process, budget), None) if at_hand else chosen_part(packed, budget)
+        return _against_candidate(context, packed, candidate(*chosen))
+    if at_hand:
+        return _by_normal_form(context, machines.lts(process, budget))
+    return StateSets(packed, budget, machines.beyond).first_nondeterminism()
+
+
+def _is_at_hand(context: Context, exploration: Exploration) -> bool:
+    """Whether the machine that was explored is better listed: there is room, or there is nowhere else."""
+    if exploration.is_partial or context.machines.beyond is None:
+        return not exploration.is_partial
+    left = context.budget.remaining().memory_bytes
+    return left is None or left >= LISTED * (8 * exploration.levels[-1] + 16 * exploration.transitions)
 
 
 def _by_rules(context: Context, process: Process, aim: Aim) -> Outcome | None:
@@ -133,16 +141,17 @@ def _reduced(context: Context, process: Process, model: FailuresModel) -> Outcom
 def _earlier_nondeterminism(context: Context, process: Process, exploration: Exploration, level: int) -> Outcome | None:
     """The failure by nondeterminism after a trace that comes before that of the first divergence, if there is one.
 
-    Where this takes too long the divergence has to do.
+    After no trace that comes before that one does the process diverge, so that choices tell. Where there is no time
+    for this the divergence has to do.
     """
     divergence = visible(shortest_path(exploration, exploration.tau_cyclic(level)))
-    if exploration.is_partial:
-        return None
+    packed = context.machines.packed(process, context.budget)
     try:
-        lts = explored_part(exploration, level)
-        trace = _by_normal_form(context, lts, level, EARLIER_NODES)
+        chosen = candidate(*chosen_part(packed, context.budget, level))
+        trace = _against_candidate(context, packed, chosen, level)
         if trace is None or (len(trace), trace) >= (level, divergence):
             return None
+        context.rely_on(len(trace))
         counterexample = _explained(context, process, trace)
     except Incomplete:
         return None
@@ -158,10 +167,11 @@ def _as_far_as_explored(context: Context, process: Process, exploration: Explora
     if exploration.divergence_level is None and exploration.stop == "states" and at_hand:
         lts = explored_part(exploration)
         try:
-            chosen = candidate(lts, beyond=lts.states - 1)
+            chosen = candidate(lts, np.arange(lts.states) == lts.states - 1)
             trace = _against_candidate(context, context.machines.packed(process, budget), chosen)
             # Beyond what was explored there may be a shorter trace than one that leads further.
             if trace is not None and len(trace) <= exploration.depth:
+                context.rely_on(len(trace))
                 context.failed(*counts, _begun(context, trace))
                 counterexample = _explained(context, process, trace)
                 return budget.outcome(Verdict.FAIL, None, *counts, counterexample)
@@ -173,9 +183,9 @@ def _as_far_as_explored(context: Context, process: Process, exploration: Explora
     return budget.outcome(Verdict.UNKNOWN, budget.shortfall(exploration, sought), *counts)
 
 
-def explored_part(exploration: Exploration, last: int | None = None) -> Lts:
-    """The machine of the completed levels, or those up to the *last*; its last state is all that is beyond them."""
-    beyond = exploration.levels[-1 if last is None else last + 1]
+def explored_part(exploration: Exploration) -> Lts:
+    """The machine of the completed levels; its last state is all that is beyond them."""
+    beyond = exploration.levels[-1]
     none = np.zeros(0, dtype=np.int64)
     lengths, labels, targets = [none], [none], [none]
     for chunk in in_chunks(exploration, np.arange(beyond)):
@@ -205,11 +215,11 @@ def _by_form(exploration: Exploration) -> bool:
     return True
 
 
-def candidate(lts: Lts, beyond: int | None = None) -> NormalForm:
+def candidate(lts: Lts, beyond: BoolArray | None = None) -> NormalForm:
     """A deterministic process that *lts*, which must not diverge, refines in F if it is deterministic itself.
 
     Nodes are the stable states. From each state the first taus are followed to the one that stands for it. After
-    the state *beyond* anything is allowed.
+    states that are *beyond* what is known, none of which has a tau, anything is allowed.
     """
     sources = np.repeat(np.arange(lts.states), np.diff(lts.offsets))
     taus = np.flatnonzero(lts.labels == TAU)[::-1]
@@ -229,7 +239,7 @@ def candidate(lts: Lts, beyond: int | None = None) -> NormalForm:
     again = np.zeros(lts.transitions, dtype=np.bool_)
     again[1:] = (lts.labels[1:] == lts.labels[:-1]) & (sources[1:] == sources[:-1])
     kept &= ~again
-    events: Int64Array = np.unique(lts.labels[lts.labels != TAU])
+    events: Int64Array = distinct(lts.labels[lts.labels != TAU])
     columns = np.searchsorted(events, lts.labels)
     accepting = StateAcceptances(lts, columns)
     nodes = int((~unstable).sum())
@@ -249,43 +259,34 @@ def candidate(lts: Lts, beyond: int | None = None) -> NormalForm:
     )
 
 
-def _against_candidate(context: Context, packed: PackedNetwork, chosen: NormalForm) -> Trace | None:
-    """The first trace with nondeterminism, or None; the process must not diverge."""
-    pairs = context.machines.pairs_of(packed, chosen, "F", context.budget, full=False)
+def _against_candidate(
+    context: Context, packed: PackedNetwork, chosen: NormalForm, deepest: int | None = None
+) -> Trace | None:
+    """The first trace with nondeterminism, or None; the process must not diverge.
+
+    Traces with more events than the *deepest* are not looked at, if it is given.
+    """
+    pairs = context.machines.pairs_of(packed, chosen, "F", context.budget, full=False, deepest=deepest)
     if pairs.violation_level is not None:
-        goals = np.unique(np.array([violation.index for violation in pairs.violations()], dtype=np.int64))
+        goals = distinct(np.array([violation.index for violation in pairs.violations()], dtype=np.int64))
         return visible(shortest_path(pairs, goals))
-    if not pairs.complete:
+    if not pairs.complete and pairs.stop != "depth":
         raise Incomplete(context.budget.shortfall(pairs, "nondeterminism"))
     return None
 
 
-def _by_normal_form(context: Context, lts: Lts, longest: int | None = None, most: int | None = None) -> Trace | None:
+def _by_normal_form(context: Context, lts: Lts) -> Trace | None:
     """The first trace with nondeterminism, or None, by the subset construction.
 
     With divergence there need not be a stable state to choose after a trace, so all states are followed.
-
-    Args:
-        context: what checks work with.
-        lts: the machine.
-        longest: how many events the trace may have.
-        most: how many sets of states are looked at.
-
-    Raises:
-        Incomplete: there are more.
     """
     normaliser = Normaliser(lts, "F")
     came_by: dict[int, tuple[int, int]] = {}
-    length = {0: 0}
     node = 0
     while node < normaliser.nodes:
         if node % 256 == 0:
             context.budget.check_time("looking for nondeterminism")
-        if longest is not None and length[node] > longest:
-            return None
         known = normaliser.nodes
-        if most is not None and known > most:
-            raise Incomplete("too many sets of states")
         moves = normaliser.extend(node)
         possible = {int(normaliser.events[column]) for column, _ in moves}
         if any(possible - set(acceptance) for acceptance in normaliser.acceptances(node)):
@@ -297,7 +298,6 @@ def _by_normal_form(context: Context, lts: Lts, longest: int | None = None, most
         for column, target in moves:
             if target >= known:
                 came_by.setdefault(target, (node, int(normaliser.events[column])))
-                length.setdefault(target, length[node] + 1)
         node += 1
     return None
 

@@ -133,7 +133,9 @@ class MachineTerms:
             # A whole without machines inside is searched as a network.
             turns = TURNS if term != self.whole or MachineParts()(state) else ()
         for most in turns:
-            lts = self._operand(compiler, state, term.process, budget.narrowed(most))
+            # A component of the operand, which is explored first, has words of its own.
+            with during(f"exploring what `{_name(term)}` is applied to", vague=True):
+                lts = self._operand(compiler, state, term.process, budget.narrowed(most))
             if lts is not None:
                 return _machine_of(term, lts, budget)
             if not isinstance(term, Compressed):
@@ -163,11 +165,14 @@ class MachineTerms:
 
 def _machine_of(term: _Applied, operand: Lts, budget: Budget) -> Process:
     """The state of the machine that a function makes of its operand's."""
-    name = "prioritise" if isinstance(term, Prioritised) else term.function
-    with during(f"applying `{name}` to a component of {operand.states:,} states"):
+    with during(f"applying `{_name(term)}` to a component of {operand.states:,} states"):
         budget.check_time()
         machine = ExplicitMachine(_reduced(term, operand), term)
     return machine.term(machine.lts.root)
+
+
+def _name(term: _Applied) -> str:
+    return "prioritise" if isinstance(term, Prioritised) else term.function
 
 
 def _reduced(term: _Applied, lts: Lts) -> Lts:

@@ -61,7 +61,8 @@ def refines_observed(
     budget.used(pairs.peak_memory_bytes + normal_form.nbytes)
     if pairs.violation_level is None:
         return context.not_found(pairs, "violation")
-    context.failed(int(pairs.levels[-1]), pairs.transitions)
+    if context.whole is None:  # levels are not those of events
+        context.failed(int(pairs.levels[-1]), pairs.transitions)
     counterexample = _Explanation(context, specification, implementation, exploration, seen, normal_form, pairs).made()
     return budget.outcome(Verdict.FAIL, None, int(pairs.levels[-1]), pairs.transitions, counterexample)
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -53,6 +54,7 @@ def deadlock_free(context: Context, process: Process, model: FailuresModel) -> O
         if found.verdict is not Verdict.PASS or not may_terminate(exploration.packed.network):
             return found
         return replace(found, remarks=(*found.remarks, TERMINATES))
+    context.rely_on(level)
     context.failed(*context.covered(exploration, level))
     deadlocks = exploration.deadlocked(level)
     cycles = exploration.tau_cyclic(level) if divergence_counts else deadlocks[:0]
@@ -107,6 +109,7 @@ def divergence_free(context: Context, process: Process) -> Outcome:
 
 def divergence_found(context: Context, process: Process, exploration: Exploration, level: int) -> Outcome:
     """The failure of a process that can diverge, first on *level*."""
+    context.rely_on(level)
     counts = context.covered(exploration, level)
     context.failed(*counts)
     path = shortest_path(exploration, exploration.tau_cyclic(level))
@@ -158,10 +161,15 @@ def _along(context: Context, along: Along, trace: Sequence[int], model: NormalMo
     """The outcome by what a process does along a trace; None where its states are not all there and none refuses."""
     pairs, budget = along.pairs, context.budget
     counts = int(pairs.levels[-1]), pairs.transitions
+
+    def failed(length: int) -> None:
+        context.rely_on(length)
+        context.failed(*counts)
+
     for length, event in enumerate(trace):
         if length > pairs.depth:
             break
-        obstacle = _obstacle(along, length, event, model, lambda: context.failed(*counts))
+        obstacle = _obstacle(along, length, event, model, partial(failed, length))
         if obstacle is not None:
             context.failed(*counts, obstacle)
             if pairs.packed.network.is_compressed:

@@ -78,6 +78,7 @@ def _refines(
     if pairs.violation_level is None:
         return context.not_found(pairs, "violation")
     counts = int(pairs.levels[-1]), pairs.transitions
+    context.rely_on(pairs.violation_level)
     context.failed(*counts)
     path, violation = first_violation(pairs)
     node = int(pairs.nodes[violation.index])

@@ -36,7 +36,7 @@ from cspcheck.checker.specification.normal_form import NormalForm, NormalModel
 from cspcheck.checker.specification.normalisation import is_deterministic, normalise
 from cspcheck.checker.specification.normaliser import Normaliser
 from cspcheck.checker.verdict import Limits
-from cspcheck.cspm.interruption import during
+from cspcheck.cspm.interruption import doing, during, told
 from cspcheck.cspm.process.terms import Process
 
 Aim = Literal["everything", "deadlock", "deadlock or divergence", "divergence"]
@@ -158,7 +158,8 @@ class Machines:
             if terms is not None and not is_chased(process) and (limits.states is None or terms < limits.states):
                 limits = replace(limits, states=terms)
             try:
-                found = compiler.network(process, limits, lambda _: budget.check_time())
+                with during("building the machine of the process", vague=True):
+                    found = compiler.network(process, limits, lambda _: budget.check_time())
             except LimitReached as reached:
                 raise Incomplete(budget.too_many_terms(reached), reached.states, endless=True) from None
             self._keep(key, found, 0)
@@ -241,7 +242,12 @@ class Machines:
             notify=self._notify,
         )
         if not exploration.complete:
-            raise Incomplete(budget.reached(exploration), exploration.levels[-1], exploration.transitions)
+            what = f" while {told(doing()[-1])}" if doing() else ""
+            raise Incomplete(
+                f"{budget.reached(exploration)}{what}: {coverage(exploration)}",
+                exploration.levels[-1],
+                exploration.transitions,
+            )
         return exploration.to_lts()
 
     def _in_company(self, composition: LazyComposition, limits: Limits, poll: Poll | None) -> Network:
@@ -511,13 +517,18 @@ class Machines:
         *,
         full: bool,
         at_hand: bool = False,
+        deepest: int | None = None,
     ) -> PairExploration:
-        """The reachable pairs of a specification's node and a state of a network; see :meth:`pairs`."""
+        """The reachable pairs of a specification's node and a state of a network; see :meth:`pairs`.
+
+        After traces of more events than the *deepest* has they are not looked at.
+        """
         found = explore_pairs(
             packed,
             specification,
             model,
             full=full,
+            deepest=deepest,
             limits=budget.remaining(),
             workers=self.workers,
             progress=self._progress,

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from cspcheck.checker.arrays import BoolArray, Int64Array
+from cspcheck.checker.arrays import BoolArray, Int64Array, distinct
 from cspcheck.checker.budget import Incomplete
 from cspcheck.checker.checks.context import Context, in_chunks
 from cspcheck.checker.explain.behaviour import Behaviour
@@ -34,7 +34,7 @@ def chain(trace: Sequence[int], model: NormalModel, *, beyond: bool) -> NormalFo
     Unless what lies *beyond* the trace is of interest, everything is allowed there, so that none of it is explored.
     """
     length = len(trace)
-    events = np.unique(np.array(trace, dtype=np.int64))
+    events = distinct(np.array(trace, dtype=np.int64))
     open_end = np.zeros(length + 1, dtype=np.bool_)
     open_end[length] = not beyond
     return NormalForm(
@@ -175,7 +175,7 @@ class Offers:
         self._events = np.concatenate([none, *(chunk.events for chunk in chunks)])
         self._ticking = self.performers(TICK)
         self.settled = self._ticking | ~self.performers(TAU)
-        self.possible: tuple[int, ...] = tuple(np.unique(self._events[self._events != TAU]).tolist())
+        self.possible: tuple[int, ...] = tuple(distinct(self._events[self._events != TAU]).tolist())
 
     def acceptance(self, state: int) -> frozenset[int] | None:
         """What the state with this place among ``indices`` can be relied on to perform; None if for nothing."""

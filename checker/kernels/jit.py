@@ -218,7 +218,10 @@ def _on_views(function: FunctionType) -> Kernel:
     """The function, called with memory views instead of arrays."""
 
     def call(*arguments: Any) -> Any:
-        return function(*map(_view, arguments))
+        # Written out, for there are so many calls with a few rows each.
+        return function(
+            *[a.data if type(a) is np.ndarray else _view(a) if isinstance(a, tuple) else a for a in arguments]
+        )
 
     return call
 

@@ -120,6 +120,7 @@ class ComponentMachines:
         self._explorer = explorer
         self._semantics = semantics
         self._known: dict[tuple[Process, Role], Explored] = {}
+        self._at_most: dict[Process, int] = {}
         self._too_big: dict[tuple[Process, Role], Sequence[Process]] = {}
 
     def of(self, state: Process, role: Alone | Joined, most: int) -> Explored:
@@ -166,10 +167,15 @@ class ComponentMachines:
 
     def has_at_most(self, state: Process, most: int) -> bool:
         """Whether a term has no more than *most* states."""
+        if self._at_most.get(state, most + 1) <= most:
+            return True
         try:
-            self.of(state, ALONE, most)
+            found = self.of(state, ALONE, most)
         except MoreStates:
             return False
+        # Whatever it becomes has no more states than it has; else each of them would be explored for itself.
+        for term in found.terms:
+            self._at_most.setdefault(term, found.lts.states)
         return True
 
     def _joined_successors(self, clocks: EventSet, state: Process) -> list[Step]:

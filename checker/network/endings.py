@@ -12,6 +12,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from cspcheck.checker.arrays import distinct
 from cspcheck.checker.lts import Lts
 from cspcheck.cspm.process.events import TICK, EventSet
 from cspcheck.cspm.process.terms import (
@@ -42,7 +43,7 @@ def of_machine(lts: Lts, clocks: EventSet, private: Sequence[int] = (), first_pr
     found: set[Ending] = set()
     labels, offsets = lts.labels, lts.offsets
     ticking = np.searchsorted(offsets, np.flatnonzero(labels == TICK), side="right") - 1
-    for state in np.unique(ticking).tolist():
+    for state in distinct(ticking).tolist():
         offered = labels[offsets[state] : offsets[state + 1]].tolist()
         if len(offered) == 1:
             found.add(None)

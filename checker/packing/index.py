@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cspcheck.checker.arrays import BoolArray, Int32Array, Int64Array
+from cspcheck.checker.arrays import BoolArray, Int32Array, Int64Array, distinct
 from cspcheck.checker.kernels.arrays import Index
 from cspcheck.checker.packing.instances import Instances, LocalTransitions, RuleGroup
 from cspcheck.checker.packing.layout import BitField, Layout
@@ -89,7 +89,7 @@ class Listings:
         """List the instances of a block, numbered from *first*."""
         at_home = self._best_homes(block.group)[block.rows]
         numbers = first + np.arange(len(block.rows))
-        for home in np.unique(at_home).tolist():
+        for home in distinct(at_home).tolist():
             chosen = at_home == home
             keys = np.zeros(int(chosen.sum()), dtype=np.int64)
             for member in self.homes[home].members:
@@ -110,7 +110,7 @@ class Listings:
                     keys = keys + (group.format << self._place(home, member))
                 elif member in group.slots:
                     i = group.slots.index(member)
-                    sources = np.unique(self._local[member].sources[group.starts[row, i] : group.ends[row, i]])
+                    sources = distinct(self._local[member].sources[group.starts[row, i] : group.ends[row, i]])
                     keys = np.add.outer(keys, sources << self._place(home, member)).reshape(-1)
             items = np.full(len(keys), -1 - (first + row), dtype=np.int64)
             self._list(home, group, keys, items)

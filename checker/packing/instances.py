@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cspcheck.checker.arrays import BoolArray, Int32Array, Int64Array, UInt8Array
+from cspcheck.checker.arrays import BoolArray, Int32Array, Int64Array, UInt8Array, distinct
 from cspcheck.checker.kernels.arrays import WORD, Index, Rules, no_stubborn_tables
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.network.network import Network, Switch
@@ -209,7 +209,7 @@ def multiply_out(group: RuleGroup, layout: Layout, local: Sequence[LocalTransiti
         if i in effect.moving:
             set[:, field.word] |= targets[:, i] << field.shift
 
-    if group.switch is not None or len(np.unique(group.events)) < len(group.events):
+    if group.switch is not None or len(distinct(group.events)) < len(group.events):
         kept = _first_of_equal(group, rows, value, set, causes)
         rows, sources, value, set = rows[kept], sources[kept], value[kept], set[kept]
     touched = [w for w in range(layout.words) if mask[w] or effect.keep[w] != WORD] or [0]

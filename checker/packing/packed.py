@@ -9,7 +9,7 @@ from itertools import product as cartesian
 import numpy as np
 import numpy.typing as npt
 
-from cspcheck.checker.arrays import Int64Array
+from cspcheck.checker.arrays import Int64Array, distinct
 from cspcheck.checker.kernels.arrays import Index, Rules
 from cspcheck.checker.network.network import Network
 from cspcheck.checker.packing.index import HOME_BITS, LISTED, Listings, make_homes
@@ -221,7 +221,7 @@ def _terminated(layout: Layout, network: Network) -> Int64Array:
             fields = [layout.slots[slot] for slot, _ in rule.moves]
             machines = [network.slots[slot].lts for slot, _ in rule.moves]
             after = [
-                np.unique(machine.targets[machine.labels == label]).tolist()
+                distinct(machine.targets[machine.labels == label]).tolist()
                 for machine, (_, label) in zip(machines, rule.moves, strict=True)
             ]
             patterns.update(_pattern(layout, fields, states) for states in cartesian(*after))

@@ -16,6 +16,7 @@ from dataclasses import is_dataclass
 from enum import Enum
 from typing import Any, BinaryIO
 
+from cspcheck.cspm.recursion import enlarge_stack
 from cspcheck.cspm.source import Source
 
 _LENGTH = struct.Struct(">Q")
@@ -98,6 +99,7 @@ class _Unpickler(pickle.Unpickler):
 @contextmanager
 def _deep() -> Iterator[None]:
     before = sys.getrecursionlimit()
+    enlarge_stack()
     sys.setrecursionlimit(max(before, _DEPTH))
     try:
         yield

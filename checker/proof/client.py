@@ -37,6 +37,7 @@ from cspcheck.checker.proof.terms import is_false
 from cspcheck.cspm.interruption import during
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Term
+from cspcheck.cspm.recursion import USUAL_STACK
 
 NO_ANSWER = "the solver did not answer"
 CRASHED = "the solver crashed"
@@ -192,10 +193,12 @@ def _ended(process: subprocess.Popen[bytes]) -> str:
 
 def _bounded() -> None:
     """Let the process of the solver have half of the machine's memory. Called in it before it begins."""
+    import resource
+
+    if USUAL_STACK is not None:  # its threads would take as much each
+        resource.setrlimit(resource.RLIMIT_STACK, USUAL_STACK)
     size = machine_memory()
     if size is not None:
-        import resource
-
         resource.setrlimit(resource.RLIMIT_DATA, (size // 2, size // 2))
 
 

@@ -14,6 +14,7 @@ from typing import TypeVar
 import numpy as np
 
 from cspcheck.checker.arrays import BoolArray, Int32Array, Int64Array
+from cspcheck.checker.guard import afford
 from cspcheck.checker.kernels import taus
 from cspcheck.checker.kernels.jit import kernels_for, tau_kernels_for
 from cspcheck.checker.kernels.taus import RefinedPartition, Signatures
@@ -161,6 +162,7 @@ def _saturated(lts: Lts, *, taus_after: bool, most: int) -> Lts | None:
             return None
         done = _done(found)
     room = min(most, int(reach_offsets[-1]) + 2 * lts.transitions)
+    afford(8 * 2 * room)
     labels, targets = np.zeros(room, dtype=np.int64), np.zeros(room, dtype=np.int64)
     keys, key_stamps = _table(room), _table(room)
     done = slices = 0
@@ -202,14 +204,18 @@ def _done(found: int) -> int:
 
 def _longer(numbers: Numbers, most: int) -> Numbers:
     """The array with four times the room, but room for no more than *most*."""
-    longer = np.zeros(min(most, 4 * len(numbers) + 64), dtype=numbers.dtype)
+    room = min(most, 4 * len(numbers) + 64)
+    afford(numbers.itemsize * room)
+    longer = np.zeros(room, dtype=numbers.dtype)
     longer[: len(numbers)] = numbers
     return longer
 
 
 def _table(entries: int) -> Int64Array:
     """A hash table for more than so many entries, a power of two, all 0."""
-    return np.zeros(2 << (entries + 1).bit_length(), dtype=np.int64)
+    size = 2 << (entries + 1).bit_length()
+    afford(8 * size)
+    return np.zeros(size, dtype=np.int64)
 
 
 def _spans(lts: Lts) -> tuple[Int64Array, Int64Array, Int64Array, Int64Array]:
@@ -258,6 +264,7 @@ class _Rounds:
         size = self._size
         group, representatives, hashes = (np.zeros(size, dtype=np.int64) for _ in range(3))
         slots = np.full(2 << (size + 1).bit_length(), -1, dtype=np.int64)
+        afford(8 * (4 * size + len(slots) + 2 * (size + len(self._targets))))
         offsets = np.zeros(size + 1, dtype=np.int64)
         signatures = Signatures(offsets, np.zeros(2 * (size + len(self._targets)), dtype=np.int64))
         done = groups = 0

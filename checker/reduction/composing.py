@@ -19,7 +19,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from cspcheck.checker.arrays import Int64Array
+from cspcheck.checker.arrays import Int64Array, distinct
 from cspcheck.checker.lts import Lts, machine, reachable, sources
 from cspcheck.checker.network.network import Network, Rule, Slot
 from cspcheck.checker.reduction.bisimulation import delay_bisimulation, factor_tau_loops, strong_bisimulation
@@ -397,7 +397,7 @@ def _reached(
     frontier = np.array([root], dtype=np.int64)
     while len(frontier):
         found = targets[gather_rows(offsets, frontier)]
-        frontier = np.unique(found[~seen[found]])
+        frontier = distinct(found[~seen[found]])
         seen[frontier] = True
     members = np.flatnonzero(seen)
     members = np.concatenate([[root], members[members != root]]).astype(np.int64)

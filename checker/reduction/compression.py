@@ -12,7 +12,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from cspcheck.checker.arrays import Int64Array
+from cspcheck.checker.arrays import Int64Array, distinct
+from cspcheck.checker.guard import afford
 from cspcheck.checker.kernels.diamonds import DONE, FULL, Detour, Shortcuts
 from cspcheck.checker.kernels.jit import tau_kernels_for
 from cspcheck.checker.lts import Lts, machine, reachable
@@ -44,10 +45,12 @@ def eliminate_diamonds(lts: Lts) -> Lts:
     space.seen[factored.root], space.pending[0] = 1, factored.root
     progress = np.array([0, 1, 0, 0], dtype=np.int64)
     room = 2 * factored.transitions + factored.states
+    afford(3 * 8 * room)
     starts, labels, targets = (np.zeros(room, dtype=np.int64) for _ in range(3))
     kernels = tau_kernels_for(factored.states)
     while (found := kernels.diamonds(machine_of_taus, space, starts, labels, targets, progress, MOST)) != DONE:
         if found == FULL:
+            afford(3 * 2 * starts.nbytes)
             rows = (np.append(numbers, np.zeros_like(numbers)) for numbers in (starts, labels, targets))
             starts, labels, targets = rows
     starts, labels, targets = (numbers[: progress[2]] for numbers in (starts, labels, targets))
@@ -56,7 +59,7 @@ def eliminate_diamonds(lts: Lts) -> Lts:
 
 def _shortcuts(lts: Lts) -> tuple[Shortcuts, Int64Array]:
     """The machine as the kernel has it, and the events that its labels stand for."""
-    events: Int64Array = np.unique(lts.labels[lts.labels != TAU])
+    events: Int64Array = distinct(lts.labels[lts.labels != TAU])
     columns = np.searchsorted(events, lts.labels).astype(np.int64)
     before = np.concatenate([[0], np.cumsum(lts.labels == TAU)])
     starts, ends = np.ascontiguousarray(lts.offsets[:-1]), np.ascontiguousarray(lts.offsets[1:])
@@ -84,6 +87,7 @@ def _detour(lts: Lts, events: int, acceptances: int) -> Detour:
         return np.zeros(number, dtype=np.int64)
 
     states, slots = lts.states, 2 << (lts.transitions + 1).bit_length()
+    afford(8 * (3 * states + lts.transitions + 2 * slots))
     return Detour(
         stamps=entries(states),
         queue=entries(states),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cspcheck.checker.arrays import BoolArray, Int64Array
+from cspcheck.checker.arrays import BoolArray, Int64Array, distinct
 from cspcheck.checker.guard import afford
 from cspcheck.checker.kernels.jit import kernels_for
 from cspcheck.checker.lts import Lts, machine, reachable, sources
@@ -106,7 +106,7 @@ def quotient(lts: Lts, partition: Int64Array, *, keep_inner_taus: bool, divergin
         kept = (labels != TAU) | (starts != targets)
         starts, targets, labels = starts[kept], targets[kept], labels[kept]
     if diverging is not None:
-        loops = np.unique(partition[diverging])
+        loops = distinct(partition[diverging])
         starts, targets = np.concatenate([starts, loops]), np.concatenate([targets, loops])
         labels = np.concatenate([labels, np.full(len(loops), TAU, dtype=np.int64)])
     classes = int(partition.max()) + 1

@@ -131,7 +131,7 @@ class Checkpoints:
         found.tell = lambda line: None
         return found
 
-    def search(self, packed: PackedNetwork, pairs: Pairs | None, aims: tuple[bool, ...]) -> Checkpoint | None:
+    def search(self, packed: PackedNetwork, pairs: Pairs | None, aims: tuple[int | None, ...]) -> Checkpoint | None:
         """The checkpoint of a search; None for one whose rows mean something in this process only."""
         if pairs is not None and pairs.is_lazy:
             return None
@@ -336,7 +336,7 @@ def _replace(path: Path, content: bytes) -> None:
     os.replace(temporary, path)
 
 
-def _digest(packed: PackedNetwork, pairs: Pairs | None, aims: tuple[bool, ...]) -> str:
+def _digest(packed: PackedNetwork, pairs: Pairs | None, aims: tuple[int | None, ...]) -> str:
     """What tells searches apart: what their rows mean, their transitions, and when they end."""
     digest = sha256(repr((FORMAT, packed.words, packed.participants, aims)).encode())
     arrays: list[Any] = [packed.events, packed.initial, packed.terminated, packed.causes]

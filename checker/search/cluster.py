@@ -50,7 +50,8 @@ class Job:
         packed: what is searched, without what only explanations need.
         pairs: the specification beside it.
         limits: of each process; the states are those of all together.
-        aims: whether to stop at a deadlock, at a divergence, at a violation, and whether to look for divergence.
+        aims: whether to stop at a deadlock, at a divergence, at a violation, and whether to look for divergence; the
+            last level to be looked at, if there is one.
         compiled: whether the kernels are compiled.
         checkpoint: the folder and the name of the search's checkpoint, if it has one.
     """
@@ -58,7 +59,7 @@ class Job:
     packed: PackedNetwork
     pairs: Pairs | None
     limits: Limits
-    aims: tuple[bool, bool, bool, bool]
+    aims: tuple[bool, bool, bool, bool, int | None]
     compiled: bool
     checkpoint: tuple[Path, str] | None = None
 
@@ -226,7 +227,7 @@ class SharedSearch(Findings):
             self.deadlock_level = level
         if (violated or earlier.violated or (divergence and self.pairs is not None)) and self.violation_level is None:
             self.violation_level = level
-        at_deadlock, at_divergence, at_violation, _ = self._job.aims
+        at_deadlock, at_divergence, at_violation, _, deepest = self._job.aims
         found = (
             (at_deadlock and self.deadlock_level is not None)
             or (at_divergence and self.divergence_level is not None)
@@ -235,6 +236,8 @@ class SharedSearch(Findings):
         self.complete = states == known
         if found and not self.complete:
             self.stop = "found"
+        elif level == deepest and not self.complete:
+            self.stop = "depth"
         if due and not self.complete and self.stop is None:
             self._write_checkpoint(deadlocks + earlier.deadlocks, violated | earlier.violated)
 
@@ -500,6 +503,7 @@ class ClusterSearch(SharedSearch):
         stop_at_divergence: bool = False,
         stop_at_violation: bool = False,
         look_for_divergence: bool = True,
+        deepest: int | None = None,
         progress: Callable[[Progress], None] | None = None,
         notify: Callable[[str], None] | None = None,
         compiled: bool | None = None,
@@ -510,6 +514,7 @@ class ClusterSearch(SharedSearch):
             stop_at_divergence,
             stop_at_violation,
             look_for_divergence and len(packed.cycling.items) > 0,
+            deepest,
         )
         if compiled is None:
             jit.kernels(True, notify)
@@ -523,34 +528,48 @@ class ClusterSearch(SharedSearch):
             None if checkpoint is None else (checkpoint.folder, checkpoint.name),
         )
         cluster.ranks.hand_out(job)
-        super().__init__(cluster.ranks, job, progress, checkpoint)
+        self._latest: Progress | None = None
+        super().__init__(cluster.ranks, job, None if progress is None else self._note, checkpoint)
+        self._listener = progress
         self._cluster = cluster
         self._whole = packed
+        self._begun, self._over = threading.Lock(), threading.Event()
         self._error: BaseException | None = None
         self._ended_by: BaseException | None = None
 
     def run(self) -> None:
         """Search; whoever ends the check meanwhile ends the search in all processes."""
-        thread = threading.Thread(target=self._run, name="search")
-        thread.start()
         try:
-            while thread.is_alive():
-                thread.join(PROGRESS_SECONDS)
+            threading.Thread(target=self._run, name="search", daemon=True).start()
+            # Not `join`: where that is interrupted, CPython up to 3.12 takes the thread for one that has ended.
+            while not self._over.wait(PROGRESS_SECONDS):
+                # Who is told may end the check by that, which must not end the search in this process only.
+                latest, self._latest = self._latest, None
+                if self._listener is not None and latest is not None:
+                    self._listener(latest)
         except BaseException as error:
             self.cancel()
-            thread.join()
+            self._run()  # if nobody does it yet
+            self._over.wait()
             if not self.is_explored or not self.has_found:
                 raise
             self._ended_by = error
         if self._error is not None:
             raise self._error
 
+    def _note(self, progress: Progress) -> None:
+        self._latest = progress
+
     def _run(self) -> None:
+        if not self._begun.acquire(blocking=False):
+            return
         try:
             self.search()
         except BaseException as error:
             # The others do not know of it, and wait.
             self._error, self._cluster.is_broken = error, True
+        finally:
+            self._over.set()
 
     def walk(self) -> Walk:
         """The ways to what was found.

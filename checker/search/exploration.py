@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cspcheck.checker.arrays import Int64Array
+from cspcheck.checker.arrays import Int64Array, distinct
+from cspcheck.checker.guard import afford
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.search.beyond import Beyond, prepared
@@ -178,6 +179,8 @@ class Exploration:
             raise ValueError("the exploration is not complete")
         if limit is not None and size > limit:
             raise ValueError(f"{size:,} states are more than {limit:,}")
+        # In pieces, and whole.
+        afford(2 * (8 * size + 16 * self.transitions))
         lengths: list[Int64Array] = [np.zeros(1, dtype=np.int64)]
         labels: list[Int64Array] = [np.zeros(0, dtype=np.int64)]
         targets: list[Int64Array] = [np.zeros(0, dtype=np.int64)]
@@ -264,7 +267,7 @@ def successors(packed: PackedNetwork, states: Int64Array) -> Successors:
 def enabled(packed: PackedNetwork, state: Int64Array) -> tuple[int, ...]:
     """The event identifiers that a packed state can perform, ascending; 0 for tau."""
     found = transitions_of(packed, None, np.asarray(state, dtype=np.int64))
-    return tuple(packed.events[np.unique(found.events)].tolist())
+    return tuple(packed.events[distinct(found.events)].tolist())
 
 
 def _distinct(

@@ -11,8 +11,8 @@ from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.search.pairs import Pairs
 from cspcheck.checker.search.visited import Visited
 
-StopReason = Literal["states", "seconds", "memory", "disk", "found"]
-"""Why a search ended early: a limit, or the first level with what was looked for."""
+StopReason = Literal["states", "seconds", "memory", "disk", "found", "depth"]
+"""Why a search ended early: a limit, the first level with what was looked for, or the last that was to be looked at."""
 
 
 class Findings:

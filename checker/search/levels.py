@@ -77,6 +77,7 @@ class LevelSearch(Findings):
         stop_at_divergence: bool = False,
         stop_at_violation: bool = False,
         look_for_divergence: bool = True,
+        deepest: int | None = None,
         progress: Callable[[Progress], None] | None = None,
         notify: Callable[[str], None] | None = None,
         compiled: bool | None = None,
@@ -87,6 +88,7 @@ class LevelSearch(Findings):
         self._stop_at_deadlock = stop_at_deadlock
         self._stop_at_divergence = stop_at_divergence
         self._stop_at_violation = stop_at_violation
+        self._deepest = deepest
         self._look_for_divergence = look_for_divergence and len(packed.cycling.items) > 0
         self._progress = progress
         self._notify = notify
@@ -103,7 +105,7 @@ class LevelSearch(Findings):
         self._earlier_deadlocks = 0
         self._earlier_violated = 0
         self._earlier_branching = False
-        aims = (stop_at_deadlock, stop_at_divergence, stop_at_violation, self._look_for_divergence)
+        aims = (stop_at_deadlock, stop_at_divergence, stop_at_violation, self._look_for_divergence, deepest)
         self._checkpoint = None if checkpoints is None else checkpoints.search(packed, pairs, aims)
 
     @property
@@ -235,6 +237,8 @@ class LevelSearch(Findings):
         self.complete = end == self.known
         if found and not self.complete:
             self.stop = "found"
+        elif level == self._deepest and not self.complete:
+            self.stop = "depth"
 
     def _all_workers(self) -> list[Worker]:
         return [self._worker, *(self._crew.workers if self._crew else ())]

@@ -98,6 +98,7 @@ def explore_pairs(
     model: NormalModel,
     *,
     full: bool = False,
+    deepest: int | None = None,
     limits: Limits = NO_LIMITS,
     workers: int = 1,
     progress: Callable[[Progress], None] | None = None,
@@ -109,7 +110,8 @@ def explore_pairs(
     """Search the reachable pairs for one that breaks ``specification [model= network``.
 
     Pairs with a divergent node (FD) are counted and not expanded. Unless *full*, the search ends after the first
-    level with a violation; with it, forbidden events are skipped and everything else is explored.
+    level with a violation; with it, forbidden events are skipped and everything else is explored. Levels behind the
+    *deepest* are not looked at.
 
     Args are those of :func:`cspcheck.checker.search.exploration.explore`.
     """
@@ -121,6 +123,7 @@ def explore_pairs(
         limits=limits,
         workers=workers,
         stop_at_violation=not full,
+        deepest=deepest,
         look_for_divergence=model == "FD",
         progress=progress,
         notify=notify,

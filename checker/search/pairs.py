@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from cspcheck.checker.arrays import Int32Array, Int64Array
+from cspcheck.checker.arrays import Int32Array, Int64Array, among, distinct
 from cspcheck.checker.guard import afford
 from cspcheck.checker.kernels.arrays import Guide
 from cspcheck.checker.packing.layout import Layout
@@ -67,7 +67,7 @@ class Column:
             grown[: self.length] = self.array[: self.length]
             self.array = grown
 
-    def extend(self, numbers: Sequence[int]) -> None:
+    def extend(self, numbers: Sequence[int] | npt.NDArray[Any]) -> None:
         """Put numbers at the end."""
         self.reserve(self.length + len(numbers))
         self.array[self.length : self.length + len(numbers)] = numbers
@@ -121,7 +121,7 @@ class Pairs:
         self._mask = (1 << bits) - 1
         self._words = layout.words
         positions = np.searchsorted(specification.events, events)
-        known = np.isin(events, specification.events)
+        known = among(events, specification.events)
         self._event_columns = np.where(known, positions, -1).astype(np.int32)
         self._offered = np.full(len(specification.events), -1, dtype=np.int64)
         self.guide = self._guide()
@@ -161,7 +161,7 @@ class Pairs:
         """Extend the nodes of the pairs in the rows *first* to *last*; whether ``guide`` has changed."""
         if self._lazy is None:
             return False
-        nodes = np.unique(self.nodes(rows[first * self.stride : last * self.stride]))
+        nodes = distinct(self.nodes(rows[first * self.stride : last * self.stride]))
         missing = nodes[self._starts.array[nodes] < 0].tolist()
         for node in missing:
             self._extend(self._lazy, node)

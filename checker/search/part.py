@@ -14,7 +14,7 @@ from typing import Protocol
 
 import numpy as np
 
-from cspcheck.checker.arrays import BoolArray, Int64Array
+from cspcheck.checker.arrays import BoolArray, Int64Array, distinct
 from cspcheck.checker.kernels.jit import Kernels
 from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.search.findings import Findings
@@ -54,12 +54,16 @@ class Rows:
                 return
             self.visited.grow(self._kernels)
 
+    def numbers(self, rows: Int64Array) -> Int64Array:
+        """The number of each row, in the order in which they were added; -1 of those that were not."""
+        count = len(rows) // self.visited.stride
+        numbers: Int64Array = np.full(count, -1, dtype=np.int64)
+        self.visited.find(self._kernels, np.ascontiguousarray(rows), count, numbers)
+        return numbers
+
     def has(self, rows: Int64Array) -> BoolArray:
         """Which of some rows are in the set."""
-        count = len(rows) // self.visited.stride
-        numbers = np.full(count, -1, dtype=np.int64)
-        self.visited.find(self._kernels, np.ascontiguousarray(rows), count, numbers)
-        found: BoolArray = numbers >= 0
+        found: BoolArray = self.numbers(rows) >= 0
         return found
 
 
@@ -133,13 +137,15 @@ class Part:
     def _violating(self, rows: Int64Array) -> Int64Array:
         assert self._pairs is not None
         found = transitions_of(self._packed, self._pairs, rows, [self._packed.visible])
-        return np.union1d(found.sources[found.nodes < 0], refusing_rows(self._packed, self._pairs, rows))
+        return distinct(
+            np.concatenate([found.sources[found.nodes < 0], refusing_rows(self._packed, self._pairs, rows)])
+        )
 
     def _leading(self, rows: Int64Array, goals: Rows, *, visible: bool) -> Int64Array:
         """Which rows lead to a goal by one transition."""
         walk = Walk(self._packed, self._pairs, goals.visited, (0,))
         found = walk.moves(rows, [self._packed.visible if visible else self._packed.tau])
-        return np.unique(found.sources[goals.has(found.targets)])
+        return distinct(found.sources[goals.has(found.targets)])
 
     def _close_under_tau(self, level: int, here: Rows) -> None:
         """Add the rows of a level from which taus lead to those that are there."""

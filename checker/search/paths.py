@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cspcheck.checker.arrays import BoolArray, Int64Array
+from cspcheck.checker.arrays import BoolArray, Int64Array, among, distinct
 from cspcheck.checker.search.exploration import Exploration
-from cspcheck.checker.search.walk import Transitions, Walk, backwards
+from cspcheck.checker.search.walk import CHUNK, Transitions, Walk, backwards
 from cspcheck.checker.sparse_rows import gather_rows
 from cspcheck.cspm.process.events import TAU
 
@@ -57,28 +57,33 @@ def shortest_path(exploration: Exploration, goals: Int64Array, ranks: Int64Array
     walk.keep(walk.levels[last + 1])
     goals, ranks = goals[levels == last], ranks[levels == last]
     trail = _least_trail(walk, _marked(walk, goals, last), last)
-    reached = np.isin(goals, trail.members[last])
+    reached = among(goals, trail.members[last])
     best = goals[reached & (ranks == ranks[reached].min())]
     return _fewest_taus(walk, trail, best)
 
 
 def _marked(walk: Walk, goals: Int64Array, last: int) -> BoolArray:
     """Which states of the levels up to *last* lie on a path to a goal that makes a level with each visible event."""
-    marks = np.zeros(walk.levels[last + 1], dtype=np.bool_)
-    seeds = goals
-    for level in range(last, -1, -1):
-        first, end = walk.levels[level], walk.levels[level + 1]
-        if level < last:
-            towards: list[Int64Array] = []
-            for edges in walk.edges(first, end, [walk.packed.visible]):
-                forward = edges.targets >= end
-                forward[forward] = marks[edges.targets[forward]]
-                towards.append(np.unique(edges.sources[forward]))
-            seeds = np.concatenate(towards)
-        marks[seeds] = True
-        sources, targets = walk.tau_edges(level)
-        if len(sources):
-            marks[first:end] = backwards(sources, targets, first, end, seeds) >= 0
+    levels = np.array(walk.levels[: last + 2], dtype=np.int64)
+    marks = np.zeros(levels[last + 1], dtype=np.bool_)
+    above = last
+    while above >= 0:
+        # Several small levels at once, or a large one by itself.
+        below = min(above, int(np.searchsorted(levels, levels[above + 1] - CHUNK)))
+        first, end = int(levels[below]), int(levels[above + 1])
+        seeds = [goals[(goals >= first) & (goals < end)]]
+        inside: list[tuple[Int64Array, Int64Array]] = []
+        for edges in walk.edges(first, end):
+            made = np.searchsorted(levels, edges.targets, side="right")
+            made -= np.searchsorted(levels, edges.sources, side="right")
+            forward = (made == (edges.events != TAU)) & (edges.targets < len(marks))
+            sources, targets = edges.sources[forward], edges.targets[forward]
+            outside = targets >= end
+            seeds.append(distinct(sources[outside][marks[targets[outside]]]))
+            inside.append((sources[~outside], targets[~outside]))
+        sources, targets = (np.concatenate(parts) for parts in zip(*inside, strict=True))
+        marks[first:end] = backwards(sources, targets, first, end, np.concatenate(seeds)) >= 0
+        above = below - 1
     return marks
 
 
@@ -109,7 +114,7 @@ def _least_trail(walk: Walk, marks: BoolArray, last: int) -> _Trail:
             forward &= (targets < walk.levels[level + 2]) & marks[np.minimum(targets, len(marks) - 1)]
             event = int(events[forward].min())
             trail.events.append(event)
-            start = np.unique(targets[forward & (events == event)])
+            start = distinct(targets[forward & (events == event)])
     return trail
 
 
@@ -119,8 +124,9 @@ def _closed_under_tau(walk: Walk, marks: BoolArray, start: Int64Array, level: in
     while len(frontier) and len(walk.packed.tau.items):
         targets = walk.steps(frontier, taus=True).targets
         targets = targets[(targets >= walk.levels[level]) & (targets < walk.levels[level + 1])]
-        frontier = np.setdiff1d(targets[marks[targets]], members)
-        members = np.union1d(members, frontier)
+        frontier = distinct(targets[marks[targets]])
+        frontier = frontier[~among(frontier, members)]
+        members = np.sort(np.concatenate([members, frontier]))
     return members
 
 
@@ -153,19 +159,19 @@ def _taus_ahead(walk: Walk, trail: _Trail, goals: Int64Array) -> list[Int64Array
         members = trail.members[level]
         taus = np.full(len(members), _FAR, dtype=np.int64)
         if level == len(trail.events):
-            taus[np.isin(members, goals)] = 0
+            taus[among(members, distinct(goals))] = 0
         else:
             steps = walk.steps(members, taus=False)
             chosen = steps.found.events == trail.events[level]
-            onward = _look_up(trail.members[level + 1], rest[0], steps.targets[chosen])
+            onward = _look_up(trail.members[level + 1], rest[-1], steps.targets[chosen])
             np.minimum.at(taus, steps.found.sources[chosen], onward)
         if len(walk.packed.tau.items):
             steps = walk.steps(members, taus=True)
             places = np.searchsorted(members, steps.targets)
             inside = _look_up(members, members, steps.targets) != _FAR
             taus = _relaxed(taus, steps.found.sources[inside], places[inside])
-        rest.insert(0, taus)
-    return rest
+        rest.append(taus)
+    return rest[::-1]
 
 
 def _relaxed(taus: Int64Array, sources: Int64Array, targets: Int64Array) -> Int64Array:

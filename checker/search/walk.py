@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cspcheck.checker.arrays import BoolArray, Int64Array
+from cspcheck.checker.arrays import BoolArray, Int64Array, distinct
 from cspcheck.checker.kernels.arrays import Index
 from cspcheck.checker.kernels.jit import Kernels, kernels_for
 from cspcheck.checker.kernels.pairs import REFUSAL
@@ -292,11 +292,11 @@ def backwards(sources: Int64Array, targets: Int64Array, first: int, last: int, s
     order = np.argsort(targets, kind="stable")
     sources, starts = sources[order], np.searchsorted(targets[order], np.arange(last - first + 1))
     distance = np.full(last - first, -1, dtype=np.int64)
-    frontier = np.unique(seeds) - first
+    frontier = distinct(seeds) - first
     steps = 0
     while len(frontier):
         distance[frontier] = steps
         steps += 1
-        reached = np.unique(sources[gather_rows(starts, frontier)])
+        reached = distinct(sources[gather_rows(starts, frontier)])
         frontier = reached[distance[reached] < 0]
     return distance

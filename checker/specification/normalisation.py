@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from cspcheck.checker.arrays import Int64Array
+from cspcheck.checker.arrays import Int64Array, distinct
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.sparse_rows import gather_rows, intern_rows
 from cspcheck.checker.specification.acceptances import AcceptanceSet, StateAcceptances
@@ -51,7 +51,7 @@ def is_deterministic(lts: Lts) -> bool:
 
 def _own_normal_form(lts: Lts, model: NormalModel) -> NormalForm:
     """The normal form of a machine that :func:`is_deterministic`: the machine itself, in arrays throughout."""
-    events: Int64Array = np.unique(lts.labels)
+    events: Int64Array = distinct(lts.labels)
     columns = np.searchsorted(events, lts.labels)
     if model == "T":
         acceptance_set = np.zeros(lts.states, dtype=np.int32)

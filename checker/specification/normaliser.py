@@ -14,7 +14,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from cspcheck.checker.arrays import BoolArray, Int32Array, Int64Array
+from cspcheck.checker.arrays import BoolArray, Int32Array, Int64Array, distinct
 from cspcheck.checker.guard import afford
 from cspcheck.checker.kernels import subsets
 from cspcheck.checker.kernels.jit import Kernels, tau_kernels, tau_kernels_are_loaded
@@ -124,7 +124,7 @@ class Normaliser:
 
     def __init__(self, lts: Lts, model: NormalModel, *, collapse: bool = True) -> None:
         self.model = model
-        self.events: Int64Array = np.unique(lts.labels[lts.labels != TAU])
+        self.events: Int64Array = distinct(lts.labels[lts.labels != TAU])
         columns = np.searchsorted(self.events, lts.labels).astype(np.int64)
         before = np.concatenate([[0], np.cumsum(lts.labels == TAU)])
         starts, ends = np.ascontiguousarray(lts.offsets[:-1]), np.ascontiguousarray(lts.offsets[1:])

@@ -25,7 +25,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from cspcheck.checker.arrays import BoolArray, Int64Array
+from cspcheck.checker.arrays import BoolArray, Int64Array, distinct
 from cspcheck.checker.budget import Budget, Incomplete
 from cspcheck.checker.lts import Lts, machine, sources
 from cspcheck.checker.sparse_rows import gather_rows
@@ -94,7 +94,7 @@ def observations(specification: Lts, implementation: Lts, model: Observed, budge
     Raises:
         Incomplete: there is too much of it.
     """
-    present = np.union1d(specification.labels, implementation.labels)
+    present = distinct(np.concatenate([specification.labels, implementation.labels]))
     events = present[present >= FIRST_EVENT]
     impl, spec = (_prepared(lts, events) for lts in (implementation, specification))
     offers = tuple(impl.offers)

@@ -105,6 +105,12 @@ class Channel:
         }
         self.partners.update((task, ()) for task in never if task not in self.partners)
         """For each task the groups that it is in, with the others in them."""
+        self.two: tuple[str, ...] | None = None
+        """The two tasks that perform all its events together, in order; None if it is not so."""
+        if len(self.groups) == 1 and len(self.groups[0]) == 2:
+            self.two = self.tasks
+        self.open = Offer(self, (ANY,) * len(self.types))
+        """What :meth:`get` gives: not to be changed."""
 
     def put(self, *values: Any) -> Offer:
         """Offer the event with these values, and no other."""
@@ -116,7 +122,7 @@ class Channel:
 
     def get(self) -> Offer:
         """Offer all events of the channel: whatever values come."""
-        return Offer(self, (ANY,) * len(self.types))
+        return self.open
 
     def offer(
         self,
@@ -175,6 +181,8 @@ class Offer:
             WrongOffer: the task is no party of the channel, or the number of fields is wrong.
         """
         channel = self.channel
+        if self is channel.open and task in channel.partners:
+            return
         if task not in channel.partners:
             raise WrongOffer(f"{task} takes no part in {channel.name}, which joins {', '.join(channel.tasks)}")
         if len(self.fields) != len(channel.types):

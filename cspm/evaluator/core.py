@@ -25,7 +25,7 @@ from cspcheck.cspm.naming.resolve import Names
 from cspcheck.cspm.process import terms as process
 from cspcheck.cspm.process.events import EventSet
 from cspcheck.cspm.process.terms import Process
-from cspcheck.cspm.recursion import FRAMES
+from cspcheck.cspm.recursion import FRAMES, enlarge_stack
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.syntax.dispatch import Dispatch
@@ -197,6 +197,7 @@ class Evaluator:
             return work()
         self._active = True
         before = sys.getrecursionlimit()
+        enlarge_stack()
         sys.setrecursionlimit(max(before, FRAMES))
         try:
             return work()

@@ -24,8 +24,6 @@ from cspcheck.codegen.emit import ada, freertos
 from cspcheck.codegen.emit.keeping import write
 
 EVENTS = 30_000
-RENDEZVOUS = 2_000
-"""So many by hand in Ada, which are slow."""
 RUNS = 3
 
 SCRIPTS = {
@@ -168,7 +166,7 @@ def ada_by_hand(senders: int) -> str:
     cases = "\n".join(f"when {i} => Receiver.E{i} (N);" for i in range(senders))
     calls = f"case Index is\n{cases}\nwhen others => null;\nend case;"
     tasks = "\n".join(f"   S{i} : Sender ({i});" for i in range(senders))
-    return ADA_BY_HAND.format(entries=entries, events=RENDEZVOUS, accepts=chosen, calls=calls, senders=tasks)
+    return ADA_BY_HAND.format(entries=entries, events=EVENTS, accepts=chosen, calls=calls, senders=tasks)
 
 
 def run(command: list[str], folder: Path) -> str:
@@ -176,9 +174,9 @@ def run(command: list[str], folder: Path) -> str:
     return subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True).stdout
 
 
-def best(command: list[str], folder: Path, events: int = EVENTS) -> float:
+def best(command: list[str], folder: Path) -> float:
     """The events per second of a program that prints its seconds, the best of some runs."""
-    return events / min(float(run(command, folder).split()[0]) for _ in range(RUNS))
+    return EVENTS / min(float(run(command, folder).split()[0]) for _ in range(RUNS))
 
 
 def timed(command: list[str], folder: Path) -> float:
@@ -213,7 +211,7 @@ def measure(shape: str, folder: Path) -> None:
     generated_ada = best(["./bench"], in_ada)
     (hand / "hand.adb").write_text(ada_by_hand(senders))
     run(["gnatmake", "-q", "-gnat2012", "-O2", "hand.adb"], hand)
-    by_hand_ada = best(["./hand"], hand, RENDEZVOUS)
+    by_hand_ada = best(["./hand"], hand)
     for language, generated, other in (("C", generated_c, by_hand_c), ("Ada", generated_ada, by_hand_ada)):
         speeds = f"{generated:10,.0f} events/s   by hand {other:10,.0f}"
         print(f"{shape:12s} {language:4s} {speeds}   {generated / other:5.2f} x", flush=True)

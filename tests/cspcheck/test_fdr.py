@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import FunctionType
 
 import pytest
 
@@ -154,3 +155,47 @@ def test_what_is_wrong(session: fdr.Session, tmp_path: Path) -> None:
         session.evaluate_expression("1 +", None)
     with pytest.raises(fdr.Error, match="has not been executed"):
         session.assertions()[0].passed()
+
+
+def test_events_and_steps_by_their_numbers(session: fdr.Session) -> None:
+    number = session.compile_event("b")
+    event = session.uncompile_event(number)
+    assert isinstance(event, fdr.CompiledEvent)
+    assert event.to_string() == str(event) == "b"
+    assert session.compile_event("a") != number
+
+    evaluated = session.evaluate_process("b -> STOP", fdr.SemanticModel_Traces, None)
+    assert isinstance(evaluated, fdr.Evaluated)
+    assert evaluated.warnings() == []
+    machine = evaluated.result()
+    (step,) = machine.transitions(machine.root_node())
+    assert isinstance(step, fdr.Transition)
+    assert step.event() == number
+    assert machine.transitions(step.destination()) == []
+
+
+def test_kinds_of_counterexamples(session: fdr.Session) -> None:
+    """What programs tell them apart by."""
+    refinement, deadlock = session.assertions()[1:]
+    for assertion, kind in ((refinement, fdr.RefinementCounterexample), (deadlock, fdr.PropertyCounterexample)):
+        assertion.execute(None)
+        for counterexample in assertion.counterexamples():
+            assert isinstance(counterexample, kind)
+            behaviour = counterexample.implementation_behaviour()
+            assert not isinstance(behaviour, (fdr.SegmentedBehaviour, fdr.ExplicitDivergenceBehaviour))
+    assert issubclass(fdr.SegmentedBehaviour, fdr.Behaviour)
+
+
+def test_the_page_names_all_names() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "coming-from-fdr.md").read_text(encoding="utf-8")
+    public = [each for each in vars(fdr).values() if isinstance(each, (type, FunctionType))]
+    public = [each for each in public if each.__module__ == fdr.__name__]
+    names = {each.__name__ for each in public}
+    for kind in public:
+        if isinstance(kind, type):
+            names |= {
+                name for name in vars(kind) if callable(getattr(kind, name)) or isinstance(vars(kind)[name], property)
+            }
+    missing = {name for name in names if not name.startswith("_") and f"`{name}`" not in page}
+
+    assert missing == set()

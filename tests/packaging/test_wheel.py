@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import re
 import shutil
@@ -21,8 +22,18 @@ ROOT = Path(__file__).resolve().parents[2]
 
 @pytest.fixture(scope="module")
 def release(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the sdist and the wheel that is built from it."""
-    folder = tmp_path_factory.mktemp("release")
+    """A folder with the sdist and the wheel that is built from it, once for all workers."""
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "release"
+    folder.mkdir(exist_ok=True)
+    with (folder / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not list(folder.glob("*.whl")):
+            build(folder, tmp_path_factory)
+    return folder
+
+
+def build(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> None:
     # From a copy: building writes into the source tree, where another worker may be building at the same time.
     source = tmp_path_factory.mktemp("source") / ROOT.name
     own = shutil.ignore_patterns(".git", ".venv", ".*cache*", ".hypothesis", "__pycache__", "build", "*.egg-info")
@@ -32,14 +43,13 @@ def release(tmp_path_factory: pytest.TempPathFactory) -> Path:
         check=True,
         capture_output=True,
     )
-    return folder
 
 
 @pytest.fixture(scope="module")
-def installed(release: Path) -> Path:
+def installed(release: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder that holds what the wheel installs."""
     (wheel,) = release.glob("cspcheck-*.whl")
-    target = release / "site"
+    target = tmp_path_factory.mktemp("site")
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(target)
     return target
@@ -115,6 +125,7 @@ def test_the_description_of_a_release_leads_nowhere_wrong(installed: Path) -> No
 
     assert metadata["Description-Content-Type"] == "text/markdown"
     assert metadata["License-Expression"] == "BSD-3-Clause"
+    assert {url.partition(", ")[0] for url in metadata.get_all("Project-URL", [])} == {"Homepage", "Changelog"}
     assert text.startswith("# cspcheck\n")
     assert "docs/command-line.md for every option" in text
     assert [link for link in re.findall(r"\]\(([^)]*)\)", text) if not link.startswith("https://")] == []

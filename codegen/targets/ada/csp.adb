@@ -1,6 +1,8 @@
 with Ada.Exceptions;
+with Ada.Synchronous_Task_Control; use Ada.Synchronous_Task_Control;
 with Links;
 with Methods_Table;
+with Patience;
 with Program_Data;
 with Recorder;
 
@@ -23,26 +25,18 @@ package body CSP is
    end record;
    type Party_Array is array (Task_Index) of Party;
 
-   protected type Gate with Priority => System.Priority'Last is
-      entry Pass;
-      procedure Open;
-   private
-      Is_Open : Boolean := False;
-   end Gate;
+   --  Where a task waits until another lets it go on
+   Gates : array (Task_Index) of Suspension_Object;
 
-   protected body Gate is
-      entry Pass when Is_Open is
-      begin
-         Is_Open := False;
-      end Pass;
-
-      procedure Open is
-      begin
-         Is_Open := True;
-      end Open;
-   end Gate;
-
-   Gates : array (Task_Index) of Gate;
+   procedure Stay (Index : Task_Index) is
+      Look : Positive := 1;
+   begin
+      while Patience.Looks (Index, Look) and then not Current_State (Gates (Index)) loop
+         Patience.Yield (Index);
+         Look := Look + 1;
+      end loop;
+      Suspend_Until_True (Gates (Index));
+   end Stay;
 
    --  Numbers the events, and knows which tasks wait: when all of them do, and none for a time, nothing happens any more
    protected Watch with Priority => System.Priority'Last is
@@ -263,7 +257,7 @@ package body CSP is
             if (Group and Bit (Other)) /= 0 then
                Take (Other, Best);
                Watch.Run (Other);
-               Gates (Other).Open;
+               Set_True (Gates (Other));
             end if;
          end loop;
          Done := True;
@@ -344,22 +338,24 @@ package body CSP is
             Look;
             if Ready then
                Watch.Run (Receiver);
+               Set_True (Gates (Receiver));
             end if;
          end if;
          Watch.Wait (Sender, For_Time => False);
       end Put;
 
-      procedure Want (Place : State_Index) is
+      procedure Want (Place : State_Index; Found : out Boolean) is
       begin
          Wanted := Place;
          Wanting := True;
          Look;
+         Found := Ready;
          if not Ready then
             Watch.Wait (Receiver, For_Time => False);
          end if;
       end Want;
 
-      entry Get (Event : out Event_Index; Sender : out Task_Index; Open : out Boolean) when Ready is
+      procedure Get (Event : out Event_Index; Sender : out Task_Index; Open : out Boolean) is
       begin
          Event := Events (Chosen);
          Sender := Owners (Chosen);
@@ -380,7 +376,7 @@ package body CSP is
    procedure Go is
    begin
       for Index in Task_Index loop
-         Gates (Index).Open;
+         Set_True (Gates (Index));
       end loop;
    end Go;
 
@@ -406,6 +402,7 @@ package body CSP is
       First  : Natural;
       Way    : Natural := 0;
       Open   : Boolean := True;
+      Found  : Boolean;
    begin
       if Row.Ways > 0 then
          Board.Choose (Row.Ways, Way);
@@ -415,20 +412,23 @@ package body CSP is
       case Row.Mode is
          when Ends =>
             Watch.Leave (Index);
-            Gates (Index).Pass;  --  which nobody opens any more
+            Suspend_Until_True (Gates (Index));  --  which nobody opens any more
             return;
          when Sends =>
             Event := Moves (Row.First_Move).Event;
             Next := Moves (Row.First_Move).Next;
             Links.Put (Row.Link, Index, Event);
-            Gates (Index).Pass;
+            Stay (Index);
          when Receives =>
-            Links.Want (Row.Link, Current);
+            Links.Want (Row.Link, Current, Found);
+            if not Found then
+               Stay (Index);
+            end if;
             Links.Get (Row.Link, Event, Sender, Open);
             if not Open then
-               Gates (Index).Pass;
+               Suspend_Until_True (Gates (Index));
             end if;
-            Gates (Sender).Open;
+            Set_True (Gates (Sender));
             First := Find (Index, Current, Event);
             if Alike (Index, Current, First) > 1 then
                Board.Choose (Alike (Index, Current, First), Way);
@@ -436,7 +436,7 @@ package body CSP is
             Next := Moves (First + Way).Next;
          when Meets =>
             Board.Submit (Index, Current);
-            Gates (Index).Pass;
+            Stay (Index);
             Board.Outcome (Index, Event, Next);
             if Methods_Table.Has (Index, Channel_Of (Event)) then
                Methods_Table.Call (Index, Event);
@@ -455,7 +455,7 @@ package body CSP is
    task body Carrier is
       Current : State_Index := Tasks (Index).Start;
    begin
-      Gates (Index).Pass;
+      Suspend_Until_True (Gates (Index));
       loop
          Step (Index, Current);
       end loop;

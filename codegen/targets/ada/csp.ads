@@ -3,12 +3,13 @@
 --  Every task is a machine: a table of states, with the events that it offers in each. Events come about in two ways.
 --
 --  Where a sender offers nothing else and its receiver only receives, a channel is a protected object with a slot for
---  each sender (Links): the sender puts and stays at its gate, the receiver gets and lets it proceed. That is the
---  repaired channel of specs/channels/data_sync.csp.
+--  each sender (Links): the sender puts and stays at its gate; the receiver says what it wants, stays at its gate until
+--  that has come, gets it and lets the sender proceed. That is the repaired channel of specs/channels/data_sync.csp
+--  (SlotsSignalled).
 --
 --  Everything else is decided on the board: a task that waits has put its state there; in one protected action one
 --  event that all tasks of one of its groups offer is chosen for all of them at once, and the gate of each is opened.
---  That is the commit protocol of specs/channels/commit.csp. A gate and a link have one entry with one caller each.
+--  That is the commit protocol of specs/channels/commit.csp. A gate is a suspension object, at which only its task waits.
 
 with System;
 with Interfaces; use Interfaces;
@@ -45,8 +46,8 @@ package CSP is
    pragma Warnings (Off, "creation of protected object*");
    protected type Link (Senders : Positive; Receiver : Task_Index) with Priority => System.Priority'Last - 1 is
       procedure Put (Slot : Positive; Sender : Task_Index; Event : Event_Index);
-      procedure Want (Place : State_Index);
-      entry Get (Event : out Event_Index; Sender : out Task_Index; Open : out Boolean);
+      procedure Want (Place : State_Index; Found : out Boolean);
+      procedure Get (Event : out Event_Index; Sender : out Task_Index; Open : out Boolean);
    private
       Events  : Event_Array (1 .. Senders) := (others => 0);
       Owners  : Task_Array (1 .. Senders) := (others => 0);

@@ -4,12 +4,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from cspcheck.checker.budget import Budget
+from cspcheck.checker.checks import choosing, determinism, state_sets
+from cspcheck.checker.checks.state_sets import StateSets
+from cspcheck.checker.checks.store import Machines
 from cspcheck.checker.search.spill import Spill
 from cspcheck.checker.specification.acceptances import divergent_states
-from cspcheck.checker.verdict import Outcome, Verdict
+from cspcheck.checker.specification.normal_form import FailuresModel
+from cspcheck.checker.verdict import Limits, Outcome, Verdict
 from cspcheck.cspm.process.terms import DIV, SKIP, STOP, Chaos, Process, Rename, Run
 from tests.checker import explicit
 from tests.checker.explicit import lts
@@ -38,6 +44,11 @@ ab = events(a, b)
 terms = st.one_of(processes(size=8), compositions(size=5, components=3))
 nearly_deterministic = compositions(operators=BASIC, static=STATIC, size=6, components=3)
 """Prefixes in parallel, hidden and renamed: often deterministic, often with taus."""
+mostly_divergent = st.one_of(
+    nearly_deterministic.map(lambda process: choose(process, then(a, b, DIV))),
+    nearly_deterministic.map(lambda process: interleave(process, then(c, hidden(forever(d, d), d)))),
+    processes(size=5).map(lambda process: hidden(interleave(process, then(c, forever(d))), d)),
+)
 
 
 def holds(outcome: Outcome) -> bool:
@@ -108,7 +119,7 @@ def test_in_f_the_first_trace_and_event(process: Process, full: bool) -> None:
 
 
 @settings(deadline=None)
-@given(st.one_of(terms, nearly_deterministic), st.booleans())
+@given(st.one_of(terms, nearly_deterministic, mostly_divergent), st.booleans())
 def test_in_fd_what_comes_after_the_first_trace_is_told_and_divergence_before_nondeterminism(
     process: Process, full: bool
 ) -> None:
@@ -144,16 +155,36 @@ def test_a_deterministic_process_is_equivalent_to_its_candidate(process: Process
 
 
 @settings(deadline=None)
-@given(st.one_of(terms, nearly_deterministic), st.integers(0, 3))
+@given(
+    st.one_of(terms, nearly_deterministic, mostly_divergent),
+    st.sampled_from((0, 1, 2, 3, 9_999)),
+    st.sampled_from(("F", "FD")),
+)
 def test_larger_than_memory_it_is_told_as_in_memory(
-    tmp_path_factory: pytest.TempPathFactory, process: Process, rows: int
+    tmp_path_factory: pytest.TempPathFactory, process: Process, rows: int, model: FailuresModel
 ) -> None:
-    if divergent_states(lts(rows_of(process))).any():
-        return
-    expected = checker(full=True).check_property(process, "deterministic", "F")
+    expected = checker(full=True).check_property(process, "deterministic", model)
     place = Spill(tmp_path_factory.getbasetemp() / "spilled", rows)
-    found = checker(full=True, beyond=place).check_property(process, "deterministic", "F")
+    with pytest.MonkeyPatch.context() as patch:
+        # A few states and sets at a time.
+        patch.setattr(state_sets, "BATCH", rows)
+        patch.setattr(state_sets, "CHUNK", rows + 1)
+        patch.setattr(choosing, "CHUNK", rows + 1)
+        # What is explored in memory need not have room to be listed.
+        patch.setattr(determinism, "LISTED", 1 << 50)
+        found = checker(full=True, beyond=place, memory_bytes=1 << 50).check_property(process, "deterministic", model)
     assert replace(found, seconds=0, peak_memory_bytes=0) == replace(expected, seconds=0, peak_memory_bytes=0)
+
+
+@settings(deadline=None)
+@given(st.one_of(terms, mostly_divergent))
+def test_sets_of_states_of_which_hashes_tell_nothing(process: Process) -> None:
+    packed = Machines().packed(process, Budget(Limits()))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(state_sets, "_mixed", np.zeros_like)
+        found = StateSets(packed, Budget(Limits()), None).first_nondeterminism()
+    expected = explicit.first_nondeterminism(rows_of(process))
+    assert found == (None if expected is None else expected[0])
 
 
 def test_both_runs_are_told() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
+from cspcheck.checker import guard
 from cspcheck.checker.kernels.jit import kernels, tau_kernels
 from cspcheck.checker.lts import Lts, machine
 from cspcheck.checker.reduction import bisimulation, compression, partition
@@ -19,6 +20,7 @@ from cspcheck.checker.reduction.bisimulation import (
 )
 from cspcheck.checker.reduction.compression import COMPRESSIONS
 from cspcheck.checker.reduction.partition import coarsest_partition
+from cspcheck.cspm.interruption import Stopped
 from cspcheck.cspm.process.events import TAU, TICK
 from tests.checker.explicit import A, B, Rows, diverges, first_deadlock, lts, machines, refinement_violation
 
@@ -252,6 +254,33 @@ def test_machine_code_does_what_interpreted_kernels_do(name: str) -> None:
             patch.setattr(compression, "MOST", 100)
             found.append(COMPRESSIONS[name](sparse(400, 1)))
     assert rows_of(found[0]) == rows_of(found[1])
+
+
+@pytest.mark.parametrize("name", sorted(COMPRESSIONS))
+def test_what_would_take_too_much_memory_is_not_begun(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A memory limit is asked before each array that a machine of some size would have; nothing is left behind."""
+    lts = sparse(60, 2)
+    expected = rows_of(COMPRESSIONS[name](lts))
+    left = 0
+
+    def asked(more: int) -> None:
+        nonlocal left
+        left -= 1
+        if left == 0:
+            raise Stopped
+
+    monkeypatch.setattr(guard, "LARGE", 0)
+    monkeypatch.setattr(guard._watcher, "afford", asked)
+    COMPRESSIONS[name](lts)
+    times = -left
+    assert times >= 2  # for what a machine is partitioned with, and for the machine that comes out
+
+    for number in range(1, times + 1, max(1, times // 10)):
+        left = number
+        with pytest.raises(Stopped):
+            COMPRESSIONS[name](lts)
+    left = 0
+    assert rows_of(COMPRESSIONS[name](lts)) == expected
 
 
 def test_a_long_chain_is_partitioned_without_looking_at_all_of_it_in_every_round() -> None:

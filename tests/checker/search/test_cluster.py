@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import random
+import signal
 import threading
 from dataclasses import replace
 from functools import partial
@@ -23,12 +24,13 @@ from cspcheck.checker.packing.packed import pack
 from cspcheck.checker.search import cluster, visited
 from cspcheck.checker.search.checkpoint import Checkpoint, Checkpoints
 from cspcheck.checker.search.cluster import Cluster, SharedSearch
-from cspcheck.checker.search.exploration import explore
+from cspcheck.checker.search.exploration import Progress, explore
 from cspcheck.checker.search.pair_search import explore_pairs
 from cspcheck.checker.search.paths import shortest_path
 from cspcheck.checker.search.visited import Visited
 from cspcheck.checker.specification.normal_form import NormalModel
 from cspcheck.checker.verdict import Limits, Outcome, Verdict
+from cspcheck.cli.interrupt import Interrupts
 from cspcheck.cspm.script import load
 from cspcheck.cspm.source import Source
 from tests.checker import explicit
@@ -117,6 +119,35 @@ def test_a_search_that_is_ended_is_ended_in_all_processes() -> None:
         return explore(packed, compiled=False, beyond=others).levels[-1]
 
     assert with_ranks(3, ended) == 3**6
+
+
+@pytest.mark.parametrize("by_listener", [False, True])
+def test_an_interrupt_in_the_first_process_ends_the_search_in_all(
+    by_listener: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    packed = pack(synchronised({f"P{i}": cycle(f"a{i}", f"b{i}", f"c{i}") for i in range(6)}))
+    expand, expanded = SharedSearch._expand, 0
+
+    def pressed(search: SharedSearch, *rest: Any) -> None:
+        nonlocal expanded
+        if search._ranks.rank == 0:
+            expanded += 1
+            if expanded == 3 and not by_listener:
+                os.kill(os.getpid(), signal.SIGINT)
+        expand(search, *rest)
+
+    def stop(progress: Progress) -> None:
+        raise KeyboardInterrupt
+
+    def ended(others: Cluster) -> int:
+        with Interrupts(), pytest.raises(KeyboardInterrupt):
+            explore(packed, compiled=False, beyond=others, progress=stop if by_listener else None)
+        assert not others.is_broken
+        return explore(packed, compiled=False, beyond=others).levels[-1]
+
+    monkeypatch.setattr(SharedSearch, "_expand", pressed)
+    monkeypatch.setattr(cluster, "PROGRESS_SECONDS", 0.001)
+    assert with_ranks(2, ended) == 3**6
 
 
 def test_too_little_memory_is_no_wrong_answer() -> None:

@@ -11,6 +11,7 @@ from hypothesis import HealthCheck, assume, given, settings, strategies as st
 
 from cspcheck.checker.network.network import Network
 from cspcheck.checker.packing.packed import PackedNetwork, pack
+from cspcheck.checker.search import paths
 from cspcheck.checker.search.exploration import Exploration, explore
 from cspcheck.checker.search.paths import PathStep, shortest_path, tau_loop
 from cspcheck.cspm.process.events import TAU
@@ -131,19 +132,21 @@ def index_of(exploration: Exploration, state: State) -> int:
 
 @ways
 @checked
-@given(network=some_networks, data=st.data())
+@given(network=some_networks, data=st.data(), together=st.sampled_from((0, 4, paths.CHUNK)))
 def test_the_path_is_the_shortest_then_the_least(
-    workers: int, compiled: bool, network: Network, data: st.DataObject
+    workers: int, compiled: bool, network: Network, data: st.DataObject, together: int
 ) -> None:
     packed = pack(network)
-    paths = Paths(network, packed)
+    expected = Paths(network, packed)
     ranked = data.draw(
-        st.dictionaries(st.sampled_from(sorted(paths.states.moves)), st.integers(0, 2), min_size=1, max_size=5)
+        st.dictionaries(st.sampled_from(sorted(expected.states.moves)), st.integers(0, 2), min_size=1, max_size=5)
     )
     exploration = explore(packed, workers=workers, compiled=compiled)
     goals = np.array([index_of(exploration, state) for state in ranked])
-    path = shortest_path(exploration, goals, np.array(list(ranked.values())))
-    assert keys(network, path) == paths.shortest(ranked)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(paths, "CHUNK", together)
+        path = shortest_path(exploration, goals, np.array(list(ranked.values())))
+    assert keys(network, path) == expected.shortest(ranked)
 
 
 @ways

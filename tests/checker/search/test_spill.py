@@ -185,6 +185,12 @@ assert ALL \\ {| b |} :[deterministic]
 assert (ALL ||| a.0 -> a.1 -> b.0 -> STOP) \\ {| b |} :[deterministic]
 assert ALL ||| P(0) :[deterministic [F]]
 assert (ALL ||| SKIP) ; ALL :[deterministic]
+assert ALL [| {| b |} |] LOOP(2) :[deterministic]
+assert ALL [| {| b |} |] LOOP(2) :[deterministic [F]]
+assert ALL ||| (b.0 -> LOOP(1)) :[deterministic]
+assert ALL ||| (b.0 -> LOOP(1)) :[deterministic [F]]
+assert ALL ||| (c.1 -> (LOOP(1) [] c.2 -> c.1 -> STOP)) :[deterministic [F]]
+assert (ALL ||| LOOP(2) ||| (a.0 -> c.1 -> STOP)) \\ {| a |} :[deterministic]
 """
 
 

@@ -36,6 +36,7 @@ typedef struct posix_task {
     pthread_t thread;
     pthread_cond_t told;
     uint32_t notified;
+    uint32_t at_once; /* how many times more it sleeps without a look */
     bool sleeping;
     TickType_t until;
     struct posix_task *others;
@@ -48,5 +49,14 @@ typedef struct {
     pthread_mutex_t mutex;
 } StaticSemaphore_t;
 typedef StaticSemaphore_t *SemaphoreHandle_t;
+
+typedef struct {
+    uint8_t *storage;
+    UBaseType_t size;
+    UBaseType_t length;
+    UBaseType_t first;
+    UBaseType_t count;
+} StaticQueue_t;
+typedef StaticQueue_t *QueueHandle_t;
 
 #endif
