@@ -2,8 +2,8 @@
 
 ``python tests/benchmarks/bench_proof.py`` proves the obligations of the classes in ``proof.csp`` and ``proof_more.csp``
 and their refinements, and prints how many come out how; then it puts a fault into each class and looks for a
-refutation. Counts are asserted: at most one in fifty is left open, and no fault is missed. Answers that are kept are not
-used.
+refutation. Counts are asserted: at most one in fifty is left open, and no fault is missed. Answers that are
+kept are not used.
 """
 
 from __future__ import annotations
