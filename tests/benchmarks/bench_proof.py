@@ -45,7 +45,7 @@ FAULTS = (
     ("Members", "x? notin ran l\n", ""),
     ("Average", "rest' = (sum + x?) mod (count + 1)", "rest' = (sum + x?) mod count"),
     ("Stack", "max {deepest, #s + 1}", "max {deepest, #s}"),
-    ("Birthdays", "n? notin known\n", ""),
+    ("Birthdays", "known' = known union {n?}", "known' = known"),
     ("Access", "r? != owns\n", ""),
     ("Mutex", "waiting' = waiting \\ {w}", "waiting' = waiting"),
     ("Thermostat", "goal' = t?\n    mode' = idle", "goal' = t?\n    mode' = mode"),
