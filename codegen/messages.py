@@ -315,6 +315,40 @@ def strange_list(path: str, names: Sequence[str]) -> Diagnostic:
 
 
 @mistake(
+    "CSP815",
+    "a queue that cannot stand for a channel",
+    explanation="""
+With `--queue c=4` a channel is a queue of four values: the sender goes on before its value has been received. That is
+done only where the composition with such a buffer refines the one without it in failures and divergences, so whatever
+has been shown of the process is true of the program. Nobody may see that the sender is ahead: what it does next is
+internal, or waits for the receiver anyway. The channel leads from one task, which offers nothing else when it sends, to
+one that only receives on it then and takes every value.
+""",
+    example="""
+channel a, b, c
+P = a -> c -> P
+C = c -> b -> C
+SYSTEM = (P [| {c} |] C) \\ {c}
+-- with a queue of 2 for c: a, a, a, a before the first b
+""",
+    repair="""
+channel b, c
+P = c -> P
+C = c -> b -> C
+SYSTEM = (P [| {c} |] C) \\ {c}
+-- what P does otherwise is seen by nobody
+""",
+)
+def no_queue(channel: str, why: str) -> Diagnostic:
+    """The *channel* cannot be a queue for the reason *why*."""
+    return Diagnostic(
+        "CSP815",
+        f"`{channel}` cannot be a queue: {why}",
+        help="leave the option out; the channel is a rendezvous then",
+    )
+
+
+@mistake(
     "CSP811",
     "a timing comment that is not understood",
     explanation="""

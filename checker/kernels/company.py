@@ -18,15 +18,13 @@ FLAGS = 64
 class _Company(NamedTuple):
     """Components, what is known of their transitions, and the rules by which they step together.
 
-    A *move* of a component is a local state with a label that it may have: ``state * labels + label``.
-
     Attributes:
         word, shift, mask: the field of each component in a packed state.
-        labels: how many labels each component has; they are numbered from 0 in each.
         grows: per component, 1 if not all of its transitions are known.
-        known: the moves of component ``c`` that are known are ``moves[known[c]:known[c + 1]]``, ascending. Of a
-            component that does not grow, those that are not there cannot be performed.
-        moves: see there.
+        first_row: where the rows of each component begin in *known*.
+        known: the moves that are known of a component in local state ``s`` lie from ``known[first_row + s]`` to the
+            next entry. Of one that does not grow, a label that is not there cannot be performed.
+        labels: the label of each move, which are numbered from 0 in each component; ascending in a row.
         offsets: the targets of move ``m`` are ``targets[offsets[m]:offsets[m + 1]]``.
         targets: local states.
         asked: the labels by which component ``c`` is asked for rules are ``asked_labels[asked[c]:asked[c + 1]]``; this
@@ -42,10 +40,10 @@ class _Company(NamedTuple):
     word: Int64Array
     shift: Int64Array
     mask: Int64Array
-    labels: Int64Array
     grows: UInt8Array
+    first_row: Int64Array
     known: Int64Array
-    moves: Int64Array
+    labels: Int64Array
     offsets: Int64Array
     targets: Int32Array
     asked: Int64Array
@@ -66,7 +64,7 @@ class _Outcome(NamedTuple):
 
     Attributes:
         rows: room for successors, each packed.
-        questions: room for the moves that are not known yet but would fire a rule, by component and move.
+        questions: room for the moves that are not known yet but would fire a rule: component, local state, label.
         pending: room for the rows that have such moves.
         place, begin, target, until: scratch, an entry per participant of a rule.
     """
@@ -84,16 +82,28 @@ class Outcome(Handed, _Outcome):
     """The room of an expansion."""
 
 
-def first_move(moves: Int64Array, begin: int, end: int, move: int) -> int:
-    """The place of the first of the ascending moves from *begin* to *end* that is not less than *move*."""
-    low, high = begin, end
+def place_of_move(company: Company, row: int, label: int) -> int:
+    """Where a label is in a row of a component, -1 if it is not."""
+    low = company.known[row]
+    end = company.known[row + 1]
+    high = end
     while low < high:
         middle = (low + high) >> 1
-        if moves[middle] < move:
+        if company.labels[middle] < label:
             low = middle + 1
         else:
             high = middle
-    return low
+    return low if low < end and company.labels[low] == label else -1
+
+
+def asked(outcome: Outcome, questions: int, slot: int, local: int, label: int) -> int:
+    """How many questions there are with this one; -1 if there is no room for it."""
+    if 3 * questions + 3 > len(outcome.questions):
+        return -1
+    outcome.questions[3 * questions] = slot
+    outcome.questions[3 * questions + 1] = local
+    outcome.questions[3 * questions + 2] = label
+    return questions + 1
 
 
 def step_together(
@@ -119,18 +129,12 @@ def step_together(
     for i in range(company.others[rule], company.others[rule + 1]):
         slot = company.other[i]
         local = (rows[row * stride + company.word[slot]] >> company.shift[slot]) & company.mask[slot]
-        move = local * company.labels[slot] + company.other_label[i]
-        end = company.known[slot + 1]
-        known = first_move(company.moves, company.known[slot], end, move)
-        if known == end or company.moves[known] != move:
+        known = place_of_move(company, company.first_row[slot] + local, company.other_label[i])
+        if known < 0:
             if company.grows[slot] == 0:
                 return count, questions
             # Those that grow come last: all others can step.
-            if 2 * questions + 2 > len(outcome.questions):
-                return count, -1
-            outcome.questions[2 * questions] = slot
-            outcome.questions[2 * questions + 1] = move
-            return count, questions + 1
+            return count, asked(outcome, questions, slot, local, company.other_label[i])
         if company.offsets[known] == company.offsets[known + 1]:
             return count, questions
         place[width] = slot
@@ -207,36 +211,26 @@ def expand_together(
             return row, count, questions, pending
         for slot in range(len(company.word)):
             local = (rows[row * stride + company.word[slot]] >> company.shift[slot]) & company.mask[slot]
-            labels = company.labels[slot]
-            last = company.known[slot + 1]
+            line = company.first_row[slot] + local
             if company.grows[slot] == 0:
-                known = first_move(company.moves, company.known[slot], last, local * labels)
-                while known < last and company.moves[known] < (local + 1) * labels:
-                    label = company.moves[known] - local * labels
+                for known in range(company.known[line], company.known[line + 1]):
                     count, questions = step_by(
-                        company, rows, row, stride, slot, label, known, outcome, count, questions
+                        company, rows, row, stride, slot, company.labels[known], known, outcome, count, questions
                     )
                     if count < 0 or questions < 0:
                         return row, count_before, questions_before, pending
-                    known += 1
             else:
                 for i in range(company.asked[slot], company.asked[slot + 1]):
                     label = company.asked_labels[i]
-                    move = local * labels + label
-                    known = first_move(company.moves, company.known[slot], last, move)
-                    if known < last and company.moves[known] == move:
-                        if company.offsets[known] < company.offsets[known + 1]:
-                            count, questions = step_by(
-                                company, rows, row, stride, slot, label, known, outcome, count, questions
-                            )
-                            if count < 0 or questions < 0:
-                                return row, count_before, questions_before, pending
-                    else:
-                        if 2 * questions + 2 > len(outcome.questions):
-                            return row, count_before, questions_before, pending
-                        outcome.questions[2 * questions] = slot
-                        outcome.questions[2 * questions + 1] = move
-                        questions += 1
+                    known = place_of_move(company, line, label)
+                    if known < 0:
+                        questions = asked(outcome, questions, slot, local, label)
+                    elif company.offsets[known] < company.offsets[known + 1]:
+                        count, questions = step_by(
+                            company, rows, row, stride, slot, label, known, outcome, count, questions
+                        )
+                    if count < 0 or questions < 0:
+                        return row, count_before, questions_before, pending
         if questions > questions_before:
             outcome.pending[pending] = row
             pending += 1
@@ -363,4 +357,4 @@ def chase_taus(rules: TauRules, state: Int64Array, scratch: TauScratch) -> bool:
                 scratch.before[slot] = state[slot]
 
 
-KERNELS = (first_move, step_together, step_by, expand_together, count_able, chase_taus)
+KERNELS = (place_of_move, asked, step_together, step_by, expand_together, count_able, chase_taus)

@@ -66,6 +66,8 @@ def together(
 class _Part:
     """What is known of a component: its moves, ascending, and their targets.
 
+    A move is a local state with the number of a label, ``state * len(labels) + number``.
+
     Attributes:
         labels: the labels that rules ask it for, ascending.
     """
@@ -91,6 +93,10 @@ class _Part:
         ends = np.cumsum(self.lengths)
         places = np.arange(len(targets)) - np.repeat(ends - self.lengths, self.lengths)
         self.targets = targets[places + np.repeat(begins[order], self.lengths)]
+
+    def moves_of_states(self, states: int) -> Int64Array:
+        """How many moves of each state are known."""
+        return np.bincount(self.moves // max(1, len(self.labels)), minlength=states)
 
     @classmethod
     def whole(cls, lts: Lts, labels: list[int]) -> _Part:
@@ -172,7 +178,6 @@ class _Growth:
             "word": [field.word for field in fields],
             "shift": [field.shift for field in fields],
             "mask": [(1 << field.width) - 1 for field in fields],
-            "labels": [len(part.labels) for part in self._parts],
             "asked": asked,
             "asked_labels": asked_labels,
             "first_label": first_label,
@@ -185,12 +190,17 @@ class _Growth:
 
     def _as_known(self) -> Company:
         """The components as far as they are known now."""
-        parts = self._parts
+        parts, slots = self._parts, self._composition.network.slots
+        sizes = [
+            len(self._states[slot]) if slot in self._states else slots[slot].lts.states for slot in range(len(parts))
+        ]
         lengths = np.concatenate([part.lengths for part in parts])
+        known = np.concatenate([part.moves_of_states(size) for part, size in zip(parts, sizes, strict=True)])
         return Company(
-            grows=np.array([slot in self._composition.chased for slot in range(len(parts))], dtype=np.uint8),
-            known=np.cumsum([0, *[len(part.moves) for part in parts]], dtype=np.int64),
-            moves=np.concatenate([part.moves for part in parts]),
+            grows=np.array([slot in self._states for slot in range(len(parts))], dtype=np.uint8),
+            first_row=np.cumsum([0, *sizes[:-1]], dtype=np.int64),
+            known=np.concatenate([[0], np.cumsum(known)]).astype(np.int64),
+            labels=np.concatenate([part.moves % max(1, len(part.labels)) for part in parts]),
             offsets=np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64),
             targets=np.concatenate([part.targets for part in parts]).astype(np.int32),
             **self._rules,
@@ -228,7 +238,7 @@ class _Growth:
             )
             outcome = self._outcome
             if asked:
-                questions.append(np.unique(outcome.questions[: 2 * asked].reshape(-1, 2), axis=0))
+                questions.append(np.unique(outcome.questions[: 3 * asked].reshape(-1, 3), axis=0))
                 lacking.append(given.reshape(-1, stride)[outcome.pending[:pending]].reshape(-1))
             self._add(outcome.rows[: found * stride])
             if following == first:
@@ -248,14 +258,13 @@ class _Growth:
             self._visited.grow(self._searching)
 
     def _answer(self, questions: Int64Array) -> None:
-        """Work out transitions of the components that grow, given by component and move."""
+        """Work out transitions of the components that grow, given by component, local state and label."""
         for slot in distinct(questions[:, 0]).tolist():
             part, chased = self._parts[slot], self._composition.chased[slot]
             states, numbers = self._states[slot], self._numbers[slot]
-            moves = questions[questions[:, 0] == slot, 1]
+            asked = questions[questions[:, 0] == slot]
             lengths, targets = [], []
-            for move in moves.tolist():
-                state, column = divmod(move, len(part.labels))
+            for _, state, column in asked.tolist():
                 after = chased.after(states[state], part.labels[column])
                 for target in after:
                     number = numbers.get(target)
@@ -266,6 +275,7 @@ class _Growth:
                 lengths.append(len(after))
             if len(states) > 1 << WIDTH:
                 raise TooLarge(self._visited.known)
+            moves = asked[:, 1] * len(part.labels) + asked[:, 2]
             part.add(moves, np.array(lengths, dtype=np.int64), np.array(targets, dtype=np.int64))
         self._company = self._as_known()
 

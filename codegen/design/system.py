@@ -28,12 +28,14 @@ MOST_EVENTS = 60_000
 
 @dataclass(frozen=True)
 class SystemEvent:
-    """An event that can happen: its name, its values by field, and the groups of tasks that can perform it."""
+    """An event that can happen: its name, its values by field, the groups of tasks that can perform it, and its number
+    in the script."""
 
     name: str
     channel: int
     values: tuple[Hashable, ...]
     groups: tuple[frozenset[int], ...]
+    identifier: int
 
 
 @dataclass(frozen=True)
@@ -210,7 +212,7 @@ class _Builder:
             self.numbers[position, event] = len(self.events)
             values = self.script.events.parts(event)[1]
             order = tuple(sorted(groups[event], key=sorted))
-            self.events.append(SystemEvent(self.script.events.name(event), position, values, order))
+            self.events.append(SystemEvent(self.script.events.name(event), position, values, order, event))
         self.channels.append(
             SystemChannel(
                 channel.name,

@@ -10,6 +10,7 @@ from functools import cache
 from importlib import resources
 
 from cspcheck.codegen import targets
+from cspcheck.codegen.design.buffers import Buffer
 from cspcheck.codegen.design.system import System, SystemChannel, SystemMethod, SystemTask, value_name
 from cspcheck.codegen.emit.project import ProjectFiles
 from cspcheck.codegen.quoting import c_comment, c_name, c_text, markdown, shell
@@ -39,13 +40,14 @@ class CField:
     values: dict[Hashable, str]
 
 
-def project(system: System, folder: str) -> ProjectFiles:
-    """The program of a system, to be put into *folder*."""
-    return _Writer(system, os.path.basename(os.path.abspath(folder)) or "program").project()
+def project(system: System, folder: str, buffers: Sequence[Buffer] = ()) -> ProjectFiles:
+    """The program of a system, to be put into *folder*; some of its channels are queues."""
+    return _Writer(system, os.path.basename(os.path.abspath(folder)) or "program", buffers).project()
 
 
 class _Writer:
-    def __init__(self, system: System, folder: str) -> None:
+    def __init__(self, system: System, folder: str, buffers: Sequence[Buffer]) -> None:
+        self.buffers = tuple(buffers)
         self.system = system
         self.folder = folder
         self.taken: set[str] = set()
@@ -239,10 +241,11 @@ class _Writer:
                 place = places[event.groups] = len(members)
                 members += [sum(1 << task for task in group) for group in event.groups]
             groups.append(f"{{{place}U, {len(event.groups)}U}},")
+        queues = {one.channel: f"{i}U" for i, one in enumerate(self.buffers)}
         channels = [
-            f"{{{c.first}U, {c.count}U, {c.rank}U, {_truth(c.clocked)}, {_truth(c.hidden)}}}, "
-            f"/* {c_comment(c.label)} */"
-            for c in system.channels
+            f"{{{c.first}U, {c.count}U, {c.rank}U, {_truth(c.clocked)}, {_truth(c.hidden)}, "
+            f"{queues.get(i, 'CSP_NONE')}}}, /* {c_comment(c.label)} */"
+            for i, c in enumerate(system.channels)
         ]
         names = [f"{c_text(_record(system, i))}," for i in range(len(system.events))]
         return "\n".join(
@@ -322,10 +325,27 @@ class _Writer:
         lines.append(f"static const csp_task_t tasks[{len(system.tasks)}] = {{")
         for number, task in enumerate(system.tasks):
             lines.append(f"    {self._task(number, task, tables.get((task.definition, task.methods), 'NULL'))}")
+        lines.append("};")
+        for i, one in enumerate(self.buffers):
+            lines += [
+                f"static uint8_t queue_{i}[{one.length}U * sizeof(csp_event_t)];",
+                f"static StaticQueue_t queue_control_{i};",
+                f"static QueueHandle_t queue_handle_{i};",
+            ]
+        if self.buffers:
+            lines += [
+                f"static const csp_queue_t queues[{len(self.buffers)}] = {{",
+                *[
+                    f"    {{{one.sender}U, {one.receiver}U, {one.length}U, queue_{i}, &queue_control_{i}, "
+                    f"&queue_handle_{i}}}, /* {c_comment(system.channels[one.channel].label)} */"
+                    for i, one in enumerate(self.buffers)
+                ],
+                "};",
+            ]
         lines += [
-            "};",
             "const csp_program_t csp_program = {",
             f"    tasks, {len(system.tasks)}U, channels, channel_of, groups, members, {round(system.tock * 1000)}U,",
+            f"    {'queues' if self.buffers else 'NULL'}, {len(self.buffers)}U,",
             "};",
             "",
         ]
@@ -355,6 +375,11 @@ class _Writer:
             f"{sum(len(state.moves) for state in system.machines[task.machine].states)} |"
             for task in system.tasks
         ]
+        queues = [
+            f"`{system.channels[one.channel].label}` is a queue of {one.length}, "
+            "which has been shown to be right; an event of it is recorded when it is received.\n"
+            for one in self.buffers
+        ]
         return "\n".join(
             [
                 f"# {markdown(process)}",
@@ -370,6 +395,7 @@ class _Writer:
                 "`methods.c` is yours: what the tasks do by themselves. `main.c` starts the program on the target; its",
                 "hooks are told every event. `posix/` maps the calls that are used to pthreads, for `make host`.",
                 "",
+                *queues,
                 "| task | states | events in them |",
                 "|---|--:|--:|",
                 *rows,

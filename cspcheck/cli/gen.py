@@ -10,6 +10,21 @@ import click
 from cspcheck.cli import finish
 from cspcheck.cli.options import script_options
 
+QUEUED = 4
+"""How long a queue is if nothing else is said."""
+MOST_QUEUED = 255
+
+
+def _queue(text: str) -> tuple[str, int]:
+    """A channel and the length of its queue."""
+    channel, equals, length = text.partition("=")
+    if equals and not (length.isascii() and length.isdigit() and 0 < int(length) <= MOST_QUEUED):
+        raise click.BadParameter(
+            f"the length of the queue of `{channel}` is a number from 1 to {MOST_QUEUED}, not `{length}`",
+            param_hint="--queue",
+        )
+    return channel.strip(), int(length) if equals else QUEUED
+
 
 @click.command(short_help="Generate a program of tasks and channels.")
 @click.argument("file", type=click.Path(allow_dash=True))
@@ -29,6 +44,14 @@ from cspcheck.cli.options import script_options
     show_default=True,
     help="What becomes of `|~|`: not generated, or decided by the program's policy when it runs.",
 )
+@click.option(
+    "--queue",
+    "queues",
+    multiple=True,
+    metavar="CHANNEL[=LENGTH]",
+    help="Make a channel a queue of LENGTH values (4), if that is shown to refine the process (for FreeRTOS).",
+)
+@click.option("--need", metavar="PROCESS", help="What the process with queues must refine.  [default: itself]")
 @click.option("--force", is_flag=True, help="Replace generated files that were edited; they stay as NAME.edited.")
 @script_options
 @click.option("--color", type=click.Choice(["auto", "always", "never"]), default="auto", help="Colour of messages.")
@@ -39,6 +62,7 @@ def command(**options: Any) -> None:
     files that end in `_methods.py`, `methods.c` or `methods.adb` are yours and are written once. Exit code 1 says that
     one of these does not fit the specification any more.
     """
+    from cspcheck.buffering import queued
     from cspcheck.checker.semantics.transitions import Semantics
     from cspcheck.checking import Settings, load
     from cspcheck.cli.streams import Remarks, StandardOutput
@@ -55,6 +79,10 @@ def command(**options: Any) -> None:
     from cspcheck.report.style import style_for
     from cspcheck.result import Exit
 
+    if options["queues"] and options["target"] != "freertos":
+        raise click.BadOptionUsage("queues", "--queue is for --target freertos")
+    if options["need"] and not options["queues"]:
+        raise click.BadOptionUsage("need", "--need is for --queue")
     remarks = Remarks()
     say = StandardOutput().write
     try:
@@ -67,7 +95,9 @@ def command(**options: Any) -> None:
                 raise ScriptError(no_process(found))
             (name,) = found
         if options["target"] == "freertos":
-            texts = freertos.project(system(script, name, Semantics(), options["internal_choice"]), options["output"])
+            made = system(script, name, Semantics(), options["internal_choice"])
+            buffers = queued(made, script, [_queue(text) for text in options["queues"]], options["need"])
+            texts = freertos.project(made, options["output"], buffers)
         elif options["target"] == "ada":
             made = system(script, name, Semantics(), options["internal_choice"])
             texts = ada.project(made, options["output"], script)

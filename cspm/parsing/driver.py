@@ -48,20 +48,7 @@ def run(table: Table, start: str, tokens: Tokens, builder: Builder) -> Any:
     """
     source = tokens.source
     actions, gotos = table.actions, table.gotos
-    # The three actions that make lists are done here; they are the most frequent ones.
-    rules: list[tuple[str, int, tuple[int, ...], Any]] = [
-        (
-            rule.target,
-            rule.size,
-            rule.kept,
-            None
-            if rule.action is None
-            else rule.action
-            if rule.action in ("nothing", "first", "more")
-            else getattr(builder, rule.action),
-        )
-        for rule in table.rules
-    ]
+    rules = _rules_for(table, type(builder))
     states = [table.starts[start]]
     values: list[Any] = []
     begins: list[int] = []
@@ -96,7 +83,7 @@ def run(table: Table, start: str, tokens: Tokens, builder: Builder) -> Any:
                     value = values[base + kept[0]]
                     value.append(values[base + kept[1]])
                 else:
-                    value = method(Span(source, begin, end), *[values[base + position] for position in kept])
+                    value = method(builder, Span(source, begin, end), *[values[base + position] for position in kept])
                 del states[-size:], values[-size:], begins[-size:], ends[-size:]
             else:
                 begin = end = ends[-1]
@@ -106,6 +93,27 @@ def run(table: Table, start: str, tokens: Tokens, builder: Builder) -> Any:
             begins.append(begin)
             ends.append(end)
     raise AssertionError("the last token is accepted or unexpected")
+
+
+Ready = tuple[str, int, tuple[int, ...], Any]
+"""A rule's target, size and kept parts, and what makes a value of these: a method or the name of an action on lists."""
+
+_ready: dict[tuple[int, type], tuple[Table, list[Ready]]] = {}
+"""By the identity of the table, which is kept, so that no other can have it, and by the builder's class."""
+
+
+def _rules_for(table: Table, builder: type) -> list[Ready]:
+    """The rules of a table for builders of a class, found once: small texts are parsed faster than they are made."""
+    known = _ready.get((id(table), builder))
+    if known is None:
+        rules = [(rule.target, rule.size, rule.kept, _method(builder, rule.action)) for rule in table.rules]
+        known = _ready[id(table), builder] = (table, rules)
+    return known[1]
+
+
+def _method(builder: type, action: str | None) -> Any:
+    # The three actions that make lists are done by the driver itself; they are the most frequent ones.
+    return action if action in (None, "nothing", "first", "more") else getattr(builder, action)
 
 
 def stack_before(table: Table, start: str, kinds: Sequence[str], index: int) -> Open:

@@ -125,7 +125,7 @@ def test_the_description_of_a_release_leads_nowhere_wrong(installed: Path) -> No
 
     assert metadata["Description-Content-Type"] == "text/markdown"
     assert metadata["License-Expression"] == "BSD-3-Clause"
-    assert {url.partition(", ")[0] for url in metadata.get_all("Project-URL")} == {"Homepage", "Changelog"}
+    assert {url.partition(", ")[0] for url in metadata.get_all("Project-URL", [])} == {"Homepage", "Changelog"}
     assert text.startswith("# cspcheck\n")
     assert "docs/command-line.md for every option" in text
     assert [link for link in re.findall(r"\]\(([^)]*)\)", text) if not link.startswith("https://")] == []

@@ -165,10 +165,56 @@ static csp_method_t method_of(uint16_t task, csp_event_t event)
     return (methods == NULL) ? NULL : methods[program->channel_of[event]];
 }
 
+/* The queue that a waiting task sends to or receives from; NULL if there is none. */
+static const csp_queue_t *queue_of(uint16_t task)
+{
+    const csp_state_t *state = state_of(task);
+    csp_index_t number = CSP_NONE;
+    if (state->moves > 0U) {
+        const csp_event_t event = program->tasks[task].machine->moves[state->first_move].event;
+        number = program->channels[program->channel_of[event]].queue;
+    }
+    return (number == CSP_NONE) ? NULL : &program->queues[number];
+}
+
+/* A waiting task sends, or receives, if there is room, or something; whether it did. Nothing waits in the kernel's queue. */
+static bool pass(uint16_t task, const csp_queue_t *queue)
+{
+    csp_event_t event;
+    if (task == queue->sender) {
+        event = program->tasks[task].machine->moves[state_of(task)->first_move].event;
+        if (xQueueSend(*queue->handle, &event, 0U) != pdTRUE) {
+            return false;
+        }
+    } else {
+        if (xQueueReceive(*queue->handle, &event, 0U) != pdTRUE) {
+            return false;
+        }
+        record(event, bit(queue->sender) | bit(queue->receiver));
+    }
+    take(task, event);
+    return true;
+}
+
+/* The same, and then the other side, if that waits for it. */
+static bool pass_on(uint16_t task, const csp_queue_t *queue)
+{
+    const uint16_t other = (task == queue->sender) ? queue->receiver : queue->sender;
+    const bool done = pass(task, queue);
+    if (done && ((waiting & bit(other)) != 0U) && (queue_of(other) == queue) && pass(other, queue)) {
+        (void)xTaskNotifyGive(parties[other].handle);
+    }
+    return done;
+}
+
 /* Try to let an event happen in which a task takes part; whether one did. */
 static bool commit_for(uint16_t task)
 {
     csp_commit_t commit = {CSP_NONE, 0U, 0U};
+    const csp_queue_t *queue = queue_of(task);
+    if (queue != NULL) {
+        return pass_on(task, queue);
+    }
     if (!possible(task, xTaskGetTickCount(), &commit)) {
         return false;
     }
@@ -317,6 +363,11 @@ void csp_create(const csp_program_t *of)
     configASSERT(of->task_count <= CSP_MOST_TASKS);
     program = of;
     lock = xSemaphoreCreateMutexStatic(&lock_memory);
+    for (uint16_t i = 0U; i < of->queue_count; i++) {
+        const csp_queue_t *queue = &of->queues[i];
+        *queue->handle = xQueueCreateStatic(queue->length, sizeof(csp_event_t), queue->storage, queue->control);
+        configASSERT(*queue->handle != NULL);
+    }
     for (uint16_t task = 0U; task < of->task_count; task++) {
         alive |= bit(task);
     }

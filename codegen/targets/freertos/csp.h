@@ -3,7 +3,7 @@
  * Every task is a machine: a table of states, with the events that it offers in each. A task that waits has put its
  * state on a board; under one mutex exactly one event that all tasks of one of its groups offer is chosen for all of
  * them at once, and each is notified. That is the commit protocol of specs/channels/commit.csp, checked to be external
- * choice; nothing is ever taken half.
+ * choice; nothing is ever taken half. Channels that were asked for and shown to be as good are queues.
  */
 #ifndef CSP_H
 #define CSP_H
@@ -13,6 +13,7 @@
 #include <stdint.h>
 
 #include "FreeRTOS.h"
+#include "queue.h"
 #include "semphr.h"
 #include "task.h"
 
@@ -55,6 +56,7 @@ typedef struct {
     uint8_t rank;
     bool clocked;
     bool hidden;
+    csp_index_t queue; /* CSP_NONE: it is none */
 } csp_channel_t;
 
 /* The groups of tasks that can perform an event: `count` words from `first` on. */
@@ -76,6 +78,16 @@ typedef struct {
     uint32_t stack_words;
 } csp_task_t;
 
+/* A channel that is a queue of events: its memory, and where its handle is kept. */
+typedef struct {
+    uint16_t sender;
+    uint16_t receiver;
+    UBaseType_t length;
+    uint8_t *storage;
+    StaticQueue_t *control;
+    QueueHandle_t *handle;
+} csp_queue_t;
+
 typedef struct {
     const csp_task_t *tasks;
     uint16_t task_count;
@@ -84,6 +96,8 @@ typedef struct {
     const csp_groups_t *groups; /* by event */
     const uint32_t *members;    /* the words of the groups */
     uint32_t tock_ms;
+    const csp_queue_t *queues; /* NULL if there is none */
+    uint16_t queue_count;
 } csp_program_t;
 
 /* Create the tasks of the program. Call once, before vTaskStartScheduler. */

@@ -18,8 +18,10 @@ typedef struct {
 typedef struct {
     uint32_t memory[20];
 } StaticSemaphore_t;
+typedef StaticSemaphore_t StaticQueue_t;
 typedef struct tskTaskControlBlock *TaskHandle_t;
-typedef struct QueueDefinition *SemaphoreHandle_t;
+typedef struct QueueDefinition *QueueHandle_t;
+typedef QueueHandle_t SemaphoreHandle_t;
 
 #define pdTRUE ((BaseType_t)1)
 #define pdFALSE ((BaseType_t)0)

@@ -253,8 +253,8 @@ class TestMistakes:
         assert found == [("CSP623", r"\begin{state}", r"add `\end{state}`")]
 
     def test_what_is_not_read(self):
-        found = refused(r"\begin{class}{C} \begin{state} s : \poly Shape \end{state} \end{class}")
-        assert found[0][:2] == ("CSP625", r"\poly")
+        found = refused(r"\begin{class}{C} \begin{state} s : \self \end{state} \end{class}")
+        assert found[0][:2] == ("CSP625", r"\self")
 
     @pytest.mark.parametrize(
         "line",

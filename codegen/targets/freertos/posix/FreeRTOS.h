@@ -50,4 +50,13 @@ typedef struct {
 } StaticSemaphore_t;
 typedef StaticSemaphore_t *SemaphoreHandle_t;
 
+typedef struct {
+    uint8_t *storage;
+    UBaseType_t size;
+    UBaseType_t length;
+    UBaseType_t first;
+    UBaseType_t count;
+} StaticQueue_t;
+typedef StaticQueue_t *QueueHandle_t;
+
 #endif

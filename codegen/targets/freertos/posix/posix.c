@@ -2,8 +2,10 @@
 #define _POSIX_C_SOURCE 200809L
 #include <sched.h>
 #include <stdatomic.h>
+#include <string.h>
 #include <time.h>
 
+#include "queue.h"
 #include "semphr.h"
 #include "task.h"
 
@@ -35,6 +37,39 @@ BaseType_t xSemaphoreTake(SemaphoreHandle_t mutex, TickType_t ticks)
 BaseType_t xSemaphoreGive(SemaphoreHandle_t mutex)
 {
     return (pthread_mutex_unlock(&mutex->mutex) == 0) ? pdTRUE : pdFALSE;
+}
+
+QueueHandle_t xQueueCreateStatic(UBaseType_t length, UBaseType_t size, uint8_t *storage, StaticQueue_t *memory)
+{
+    memory->storage = storage;
+    memory->size = size;
+    memory->length = length;
+    memory->first = 0U;
+    memory->count = 0U;
+    return memory;
+}
+
+BaseType_t xQueueSend(QueueHandle_t queue, const void *item, TickType_t ticks)
+{
+    (void)ticks;
+    if (queue->count == queue->length) {
+        return pdFALSE;
+    }
+    (void)memcpy(&queue->storage[((queue->first + queue->count) % queue->length) * queue->size], item, queue->size);
+    queue->count++;
+    return pdTRUE;
+}
+
+BaseType_t xQueueReceive(QueueHandle_t queue, void *item, TickType_t ticks)
+{
+    (void)ticks;
+    if (queue->count == 0U) {
+        return pdFALSE;
+    }
+    (void)memcpy(item, &queue->storage[queue->first * queue->size], queue->size);
+    queue->first = (queue->first + 1U) % queue->length;
+    queue->count--;
+    return pdTRUE;
 }
 
 static void *carry(void *argument)
