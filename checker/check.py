@@ -124,8 +124,7 @@ class Checker:
         self._machines = Machines(
             workers=workers or os.cpu_count() or 1,
             full=full,
-            # Whoever limits the states of a machine speaks of the machine that the script has.
-            reduces=not as_written and limits.states is None,
+            reduces=not as_written,
             kept_bytes=kept,
             progress=progress,
             notify=notify,
