@@ -124,8 +124,7 @@ class Checker:
         self._machines = Machines(
             workers=workers or os.cpu_count() or 1,
             full=full,
-            # Whoever limits the states of a machine speaks of the machine that the script has.
-            reduces=not as_written and limits.states is None,
+            reduces=not as_written,
             kept_bytes=kept,
             progress=progress,
             notify=notify,
@@ -147,7 +146,7 @@ class Checker:
             return _inverted(self.check(assertion.inner))
         classes = self._script.classes
         if classes is None:
-            return self._check(assertion)
+            return self._for_every_size(assertion, self._check(assertion))
         if _is_proved(assertion):
             return self._check(assertion)  # proofs are about all values, whatever a search takes instead
         with self._proving(assertion):
@@ -173,7 +172,16 @@ class Checker:
             if outcome.verdict is Verdict.UNKNOWN and self._open is not None:
                 remark = f"{_NOT_FOR_ALL_VALUES}: {self._open}"
                 outcome = replace(outcome, remarks=(*outcome.remarks, remark))
-        return replace(outcome, readings=readings, control=classes.control)
+        outcome = replace(outcome, readings=readings, control=classes.control)
+        return outcome if classes.has_left else self._for_every_size(assertion, outcome)
+
+    def _for_every_size(self, assertion: Assertion, outcome: Outcome) -> Outcome:
+        """The outcome of a search with what it says of types of other sizes."""
+        if outcome.verdict is Verdict.UNKNOWN or not isinstance(assertion, Refinement | Property):
+            return outcome
+        from cspcheck.checker.independence.answering import for_every_size
+
+        return replace(outcome, every_size=for_every_size(assertion, self._script, outcome))
 
     @contextmanager
     def _proving(self, assertion: Assertion) -> Iterator[None]:

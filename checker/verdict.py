@@ -185,6 +185,30 @@ Reduction = Literal["partial order"]
 
 
 @dataclass(frozen=True, slots=True)
+class EverySize:
+    """What a verdict says of types that have another number of values (data independence).
+
+    Attributes:
+        type: the type, in which the processes are data independent: its values are passed on, perhaps compared.
+        size: how many values it has here.
+        sufficient: how many values are enough to tell for all larger sizes.
+        least: from this size on the verdict is the same, if it tells.
+        tests: whether values are compared.
+        tells: whether *size* is enough.
+        held, new: where values are compared, the most that are held at one time, and that come new in one step.
+    """
+
+    type: str
+    size: int
+    sufficient: int
+    least: int
+    tests: bool
+    tells: bool
+    held: int | None = None
+    new: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Outcome:
     """The answer to one assertion.
 
@@ -198,6 +222,7 @@ class Outcome:
         remarks: what is worth knowing and does not decide the verdict, a sentence each.
         readings: the finite readings of wide types under which the answer holds, as the script writes them.
         control: whether the answer is about the control view: classes without their data.
+        every_size: of which types the size makes no difference, or which size would be enough to know.
         reduction: by what the search that gave the answer did without states, where the script asks for it.
     """
 
@@ -211,6 +236,7 @@ class Outcome:
     remarks: tuple[str, ...] = ()
     readings: tuple[str, ...] = ()
     control: bool = False
+    every_size: tuple[EverySize, ...] = ()
     reduction: Reduction | None = None
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING, Literal
 
-from cspcheck.checker.verdict import DEFAULT_MODELS, Counterexample, Outcome, Verdict
+from cspcheck.checker.verdict import DEFAULT_MODELS, Counterexample, EverySize, Outcome, Verdict
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.syntax import tree as syntax
 
@@ -100,6 +100,11 @@ class Result:
     def control(self) -> bool:
         """Whether the answer is about the control view: classes without their data."""
         return self.outcome.control
+
+    @property
+    def every_size(self) -> tuple[EverySize, ...]:
+        """Of which types the size makes no difference, or which size would be enough to know."""
+        return self.outcome.every_size
 
     @property
     def as_expected(self) -> bool:

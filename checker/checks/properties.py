@@ -15,8 +15,9 @@ import numpy as np
 from cspcheck.checker.arrays import BoolArray
 from cspcheck.checker.checks.context import Context, reached
 from cspcheck.checker.checks.reduced import reduced_search, what_is_kept
-from cspcheck.checker.checks.store import Aim
-from cspcheck.checker.checks.trace_runs import Along, Offers, along_original
+from cspcheck.checker.checks.reducing import as_they_are, model_for, reduced
+from cspcheck.checker.checks.store import FIRST_LOOK, Aim
+from cspcheck.checker.checks.trace_runs import Along, Offers, along_original, chain
 from cspcheck.checker.explain.behaviour import begun, deadlocked, diverging, visible
 from cspcheck.checker.explain.replay import can_perform, can_refuse
 from cspcheck.checker.network.network import Network
@@ -142,7 +143,22 @@ def has_trace(context: Context, process: Process, trace: Sequence[int], model: N
     that only diverges there refuses nothing; in FD a divergence before the end of the trace is a failure too, since
     nothing can be relied on after it. What happens after the whole trace does not matter.
     """
+    if context.machines.reduces:
+        # Laid out under the limits of the assertion; only the pairs are few.
+        context.machines.packed(process, context.budget)
+        few = replace(context, budget=context.budget.narrowed(FIRST_LOOK))
+        along = Along(few, process, trace, model, beyond=False)
+        outcome = _along(context, along, trace, model)
+        if outcome is None:
+            outcome = _has_trace_reduced(context, process, trace, model)
+        if outcome is not None:
+            return outcome
     along = Along(context, process, trace, model, beyond=False)
+    return _along(context, along, trace, model) or context.not_found(along.pairs, "refusal of the trace")
+
+
+def _along(context: Context, along: Along, trace: Sequence[int], model: NormalModel) -> Outcome | None:
+    """The outcome by what a process does along a trace; None where its states are not all there and none refuses."""
     pairs, budget = along.pairs, context.budget
     counts = int(pairs.levels[-1]), pairs.transitions
 
@@ -157,10 +173,37 @@ def has_trace(context: Context, process: Process, trace: Sequence[int], model: N
         if obstacle is not None:
             context.failed(*counts, obstacle)
             if pairs.packed.network.is_compressed:
-                original = along_original(context, process, trace[:length], "FD")
+                original = along_original(context, along.process, trace[:length], "FD")
                 obstacle = (original and _obstacle(original, length, event, model)) or obstacle
             return budget.outcome(Verdict.FAIL, None, *counts, obstacle)
-    return context.not_found(pairs, "refusal of the trace")
+    return context.not_found(pairs, "refusal of the trace") if pairs.complete else None
+
+
+def _has_trace_reduced(context: Context, process: Process, trace: Sequence[int], model: NormalModel) -> Outcome | None:
+    """The outcome from a process reduced for this question; None where that does not tell."""
+    machines, budget = context.machines, context.budget
+    packed = machines.packed(process, budget)
+    small = reduced(packed.network, model_for(packed, model), as_they_are, budget)
+    if small is None:
+        return None
+    form = chain(trace, model, beyond=False)
+    pairs = machines.pairs_of(small.packed, form, model, budget, full=True, at_hand=True)
+    if not pairs.complete:
+        return None
+    counts = small.counts(pairs)
+    for length, event in enumerate(trace):
+        if length > pairs.depth:
+            break
+        offers = Offers(pairs, np.arange(pairs.levels[length], pairs.levels[length + 1]))
+        impossible = not offers.performers(event).any()
+        refuses = model != "T" and bool(offers.refusers(event).any())
+        if impossible or refuses or (model == "FD" and len(pairs.tau_cyclic(length))):
+            context.failed(*counts)
+            goal = can_refuse(event) if offers.refusers(event).any() else None
+            whole = along_original(context, process, trace[:length], "FD", goal)
+            obstacle = whole and _obstacle(whole, length, event, model)
+            return budget.outcome(Verdict.FAIL, None, *counts, obstacle) if obstacle else None
+    return budget.outcome(Verdict.PASS, None, *counts)
 
 
 def _obstacle(

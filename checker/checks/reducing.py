@@ -11,7 +11,7 @@ from typing import Literal
 from cspcheck.checker.budget import Budget
 from cspcheck.checker.network.network import Network
 from cspcheck.checker.packing.packed import PackedNetwork, pack
-from cspcheck.checker.reduction.composing import ComposedNetwork, NotComposable, composed
+from cspcheck.checker.reduction.composing import MOST_PRODUCT, ComposedNetwork, NotComposable, composed
 from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.specification.normal_form import FailuresModel
 from cspcheck.cspm.process.events import FIRST_EVENT, TAU
@@ -80,9 +80,11 @@ def reduced(network: Network, model: FailuresModel, visible: Callable[[int], int
     before = sum(log2(slot.lts.states) for slot in network.slots)
     best: ComposedNetwork | None = None
     poll = partial(budget.check_time, "reducing the process")
+    limit = budget.limits.states
+    most = MOST_PRODUCT if limit is None else min(limit, MOST_PRODUCT)
     for by_ties in (False, True):
         try:
-            found = composed(network, model, visible, poll, by_ties=by_ties)
+            found = composed(network, model, visible, poll, by_ties=by_ties, most=most)
         except NotComposable:
             return None
         if best is None or _size(found) < _size(best):

@@ -107,6 +107,7 @@ def composed(
     poll: Callable[[], None] = lambda: None,
     *,
     by_ties: bool = False,
+    most: int = MOST_PRODUCT,
 ) -> ComposedNetwork:
     """What is left of a network when its components have been composed as far as that makes it smaller.
 
@@ -117,6 +118,7 @@ def composed(
         poll: called now and then; what it raises ends the work.
         by_ties: whether of two pairs the one with more rules in common may come before one with fewer states: what
             many depend on (the facts that messages are made of) is put together before each of those has it.
+        most: pairs of states past which two components are not composed.
 
     Raises:
         Unsuited: the network has formats, rules that give way to others (what a part may do then depends on all the
@@ -124,7 +126,7 @@ def composed(
     """
     if network.formats != 1 or any(rule.raises or rule.yields for rule in network.rules):
         raise NotComposable
-    work = _Work(network, model, visible, by_ties)
+    work = _Work(network, model, visible, by_ties, most)
     work.run(poll)
     return work.result()
 
@@ -143,6 +145,7 @@ class _Work:
     model: FailuresModel
     visible: Callable[[int], int]
     by_ties: bool
+    most: int
     parts: dict[int, ComposedPart] = field(default_factory=dict)
     rules: dict[int, _Live] = field(default_factory=dict)
     rules_of: dict[int, set[int]] = field(default_factory=dict)
@@ -207,7 +210,7 @@ class _Work:
             _, one, other = heapq.heappop(waiting)
             if one not in self.parts or other not in self.parts:
                 continue
-            if self._size(one, other) > MOST_PRODUCT:
+            if self._size(one, other) > self.most:
                 continue
             if self.transitions > MOST_WORK:
                 break

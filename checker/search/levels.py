@@ -22,6 +22,7 @@ from cspcheck.checker.search.checkpoint import Checkpoints, Position, Tally
 from cspcheck.checker.search.crew import SHARED_CAPACITY, Crew
 from cspcheck.checker.search.expansion import CAPACITY, SMALL_CAPACITY, Expander
 from cspcheck.checker.search.findings import Findings, StopReason
+from cspcheck.checker.search.pace import Pace
 from cspcheck.checker.search.pairs import Pairs
 from cspcheck.checker.search.visited import Visited
 from cspcheck.checker.search.walk import Walk
@@ -34,6 +35,8 @@ INTERPRETED_ROWS = 64
 """Rows that are expanded at a time by interpreted kernels."""
 PARALLEL_ROWS = 4_096
 """Runs of fewer rows are expanded by one thread."""
+PARALLEL_STATES = 500_000
+"""Before so many states have been found threads are not tried: making a crew of them costs more than they gain."""
 NO_LIMITS = Limits()
 """A search that ends only when everything is explored."""
 PROGRESS_SECONDS = 0.2
@@ -94,6 +97,7 @@ class LevelSearch(Findings):
         self._worker = Worker(packed, pairs, capacity=SMALL_CAPACITY)
         self._workers = workers
         self._crew: Crew | None = None
+        self._pace = Pace()
         self._level_bytes = 0
         self._started = working_time()
         self._told = self._started
@@ -253,15 +257,25 @@ class LevelSearch(Findings):
             if self._checkpoint is not None and self._checkpoint.is_due():
                 self._write_checkpoint()
             step.rows = self.visited.rows
-            if self._is_worth_sharing(last - first):
-                at.first = self._share(step, first, last)
-                continue
-            most = CAPACITY if self._kernels.compiled else INTERPRETED_ROWS
-            until = min(last, first + most)
-            at.first = self._expand_rows(step, first, until)
+            at.first = self._expand_some(step, first, last)
 
     def _before_rows(self) -> None:
         """Called before each run of rows is expanded."""
+
+    def _expand_some(self, step: Wave, first: int, last: int) -> int:
+        """Expand as many rows as is good at a time, in this thread or with all; the first row that was left."""
+        shared = self._is_worth_sharing(last - first)
+        if shared:
+            self._gather_crew()
+        before, begun = self._all_transitions(), self._pace.clock()
+        if shared:
+            reached = self._share(step, first, last)
+        else:
+            most = CAPACITY if self._kernels.compiled else INTERPRETED_ROWS
+            reached = self._expand_rows(step, first, min(last, first + most))
+        if self._workers > 1:
+            self._pace.note(self._all_transitions() - before, self._pace.clock() - begun, together=shared)
+        return reached
 
     def _expand_rows(self, step: Wave, first: int, until: int) -> int:
         """Expand rows in this thread and add their successors; the first row that was left."""
@@ -272,14 +286,20 @@ class LevelSearch(Findings):
         return reached
 
     def _is_worth_sharing(self, rows: int) -> bool:
-        return self._workers > 1 and rows >= PARALLEL_ROWS and (self._crew is None or self._crew.divided)
+        if self._workers < 2 or rows < PARALLEL_ROWS or self.known < PARALLEL_STATES:
+            return False
+        return (self._crew is None or self._crew.divided) and self._pace.is_for_all
 
-    def _share(self, step: Wave, first: int, last: int) -> int:
-        """Expand rows with all workers; the first row that was left."""
+    def _gather_crew(self) -> None:
+        """Have the threads that share the work, and a table that they can share."""
         if self._crew is None:
             workers = [Worker(self.packed, self.pairs, capacity=SHARED_CAPACITY) for _ in range(self._workers)]
             self._crew = Crew(workers, self.visited)
             self._crew.divide(self._kernels)
+
+    def _share(self, step: Wave, first: int, last: int) -> int:
+        """Expand rows with all workers, who have been gathered; the first row that was left."""
+        assert self._crew is not None
         until = min(last, first + self._crew.rows_per_round)
         if self.pairs is not None:
             self.pairs.prepare(step.rows, first, until)

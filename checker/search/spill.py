@@ -260,7 +260,6 @@ class SpillSearch(LevelSearch):
     def _expand_from_disk(self, index: Index, *, visible: bool, start: int) -> None:
         assert self.store is not None
         at = self._at
-        most = CAPACITY if self._kernels.compiled else INTERPRETED_ROWS
         while at.first < at.end:
             first, last = at.first, min(at.end, at.first + ROWS)
             rows = self.store.rows(first, last)
@@ -273,10 +272,7 @@ class SpillSearch(LevelSearch):
             place = 0
             while place < last - first:
                 self._check(at.end - first - place)
-                if self._is_worth_sharing(last - first - place):
-                    place = self._share(step, place, last - first)
-                else:
-                    place = self._expand_rows(step, place, min(last - first, place + most))
+                place = self._expand_some(step, place, last - first)
             at.first = last
         self.store.settle(self._kernels, self._gathered_rows())
         self._clear()

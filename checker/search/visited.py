@@ -81,9 +81,10 @@ class Visited:
         self._row_space: Reserve | None = None
         self._table_space: Reserve | None = None
         self._take_room(bits)
+        self.table.fill(-1)
 
     def _take_room(self, bits: int) -> None:
-        """Make an empty table, and room for as many rows as it may hold."""
+        """Make a table, whose entries are to be written, and room for as many rows as it may hold."""
         reserved = self._row_space
         if bits >= RESERVE_BITS > self.bits:
             self._row_space, self._table_space = reserve(), reserve()
@@ -100,7 +101,6 @@ class Visited:
             self.peak_bytes = max(self.peak_bytes, 2 * used * 8)
         self.rows = rows
         self.table: npt.NDArray[Any] = _array(self._table_space, 1 << bits, np.int64 if bits >= WIDE_BITS else np.int32)
-        self.table.fill(-1)
 
     def _row_bytes(self, bits: int) -> int:
         """The address space of the rows that a table of so many bits may hold."""
@@ -151,20 +151,25 @@ class Visited:
         cuts = [(w << partition_bits) // workers for w in range(workers + 1)]
 
         def enter(first: int, last: int) -> Callable[[], Any]:
-            return lambda: kernels.enter_all(
-                self.rows,
-                self.known,
-                self.stride,
-                self.table,
-                self.bits,
-                self.entry_bits,
-                self.partition_bits,
-                first,
-                last,
-            )
+            def job() -> Any:
+                # Memory is taken when it is first written to, which is much of the work: each thread takes its own.
+                entries = bits - self.partition_bits
+                self.table[first << entries : last << entries].fill(-1)
+                return kernels.enter_all(
+                    self.rows,
+                    self.known,
+                    self.stride,
+                    self.table,
+                    self.bits,
+                    self.entry_bits,
+                    self.partition_bits,
+                    first,
+                    last,
+                )
+
+            return job
 
         if not all(together(enter(first, last) for first, last in pairwise(cuts))):
-            self.table.fill(-1)
             self.partition_bits = 0
             enter(0, 1)()
         self.note_peak()
@@ -197,6 +202,7 @@ class Visited:
         self._row_space = self._table_space = None
         self.bits = 0
         self._take_room(bits)
+        self.table.fill(-1)
 
     def insert(
         self, kernels: Kernels, targets: Int64Array, begin: int, end: int, numbers: Int64Array = NO_NUMBERS

@@ -6,7 +6,7 @@ import shlex
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 
-from cspcheck.checker.verdict import Verdict
+from cspcheck.checker.verdict import EverySize, Verdict
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.quantities import count, show_seconds
 from cspcheck.report.coverage import coverage_lines
@@ -110,7 +110,7 @@ def _below(result: Result, style: Style, verbosity: int) -> list[str]:
 
     A result about classes says first under what it holds.
     """
-    condition = [style.paint(line, "dim") for line in condition_lines(result)]
+    condition = [style.paint(line, "dim") for line in condition_lines(result, style.width - 2)]
     remarks = [line for remark in result.remarks for line in wrapped(f"note: {harmless(remark)}", style.width - 2)]
     if result.coverage is not None:
         remarks += coverage_lines(result.coverage, style)
@@ -133,14 +133,29 @@ def replay_lines(result: Result, style: Style) -> list[str]:
     return ["", style.paint(f"step through it: cspcheck probe --at {place}:{result.line}", "dim")]
 
 
-def condition_lines(result: Result) -> list[str]:
-    """Under what finite readings, or in which view, a result about classes holds."""
+def condition_lines(result: Result, width: int = 10_000) -> list[str]:
+    """Under what finite readings, or in which view, a result about classes holds; for which sizes of types."""
     lines = []
     if result.control:
         lines.append("in the control view: data dropped")
     if result.readings:
         lines.append(harmless(f"reading {'; '.join(result.readings)}"))
+    for size in result.every_size:
+        if size.tells or result.verdict is Verdict.PASS:
+            lines += wrapped(harmless(every_size(size)), width, rest="  ")
     return lines
+
+
+def every_size(size: EverySize) -> str:
+    """What a verdict says of other sizes of a type, with the conditions that were checked."""
+    checked = "values are only passed on; none is named, counted or compared"
+    if size.tests:
+        checked = "values are only compared and passed on; none is named or counted"
+        checked += f", at most {size.held} held at one time and {size.new} new in a step"
+    if not size.tells:
+        return f"{size.type} has {count(size.size, 'value')}; {size.sufficient} would tell for every size ({checked})"
+    least = f" from {size.least} on" if size.least > 1 else ""
+    return f"the same for every size of {size.type}{least} ({checked})"
 
 
 def explained(result: Result, style: Style, detail: Detail = "folded", hint: str = "") -> list[str]:
@@ -174,7 +189,7 @@ def summary_line(summary: Summary, style: Style, *, interrupted: bool = False) -
 
 def explain(result: Result, style: Style = PLAIN) -> str:
     """One result as this report shows it, with its diagnostics; without a line break at the end."""
-    below = [*condition_lines(result), *explained(result, style)]
+    below = [*condition_lines(result, style.width - 2), *explained(result, style)]
     lines = [headline(result, style), *(f"  {line}".rstrip() for line in below)]
     for diagnostic in result.diagnostics:
         lines += ["", render_diagnostic(diagnostic, style)]

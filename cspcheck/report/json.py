@@ -109,12 +109,25 @@ def result_object(result: Result) -> dict[str, Any]:
 
 
 def _condition(result: Result) -> dict[str, Any]:
-    """Under what a result about classes holds: only where there is something to say."""
+    """Under what a result holds, and how far: only where there is something to say."""
     found: dict[str, Any] = {}
     if result.readings:
         found["readings"] = list(result.readings)
     if result.control:
         found["view"] = "control"
+    if result.every_size:
+        found["every_size"] = [
+            {
+                "type": size.type,
+                "size": size.size,
+                "sufficient": size.sufficient,
+                "same_from": size.least if size.tells else None,
+                "compared": size.tests,
+                "held": size.held,
+                "new": size.new,
+            }
+            for size in result.every_size
+        ]
     if result.outcome.reduction is not None:
         found["reduction"] = result.outcome.reduction
     if result.coverage is not None:

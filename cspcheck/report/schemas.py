@@ -102,6 +102,17 @@ COVERAGE: Final = _object(
         ),
     }
 )
+EVERY_SIZE: Final = _object(
+    {
+        "type": TEXT,
+        "size": NUMBER,
+        "sufficient": NUMBER,
+        "same_from": MAYBE_NUMBER,
+        "compared": FLAG,
+        "held": MAYBE_NUMBER,
+        "new": MAYBE_NUMBER,
+    }
+)
 _RESULT: Final[Schema] = {
     "file": TEXT,
     "line": NUMBER,
@@ -118,6 +129,7 @@ _RESULT: Final[Schema] = {
     "counterexample": _or_null(COUNTEREXAMPLE),
     "readings": TEXTS,
     "view": _one_of("control"),
+    "every_size": _list(EVERY_SIZE),
     "reduction": _one_of("partial order"),
     "coverage": COVERAGE,
 }
@@ -132,7 +144,7 @@ _DIAGNOSTIC: Final[Schema] = {
     "end_column": MAYBE_NUMBER,
     "help": MAYBE_TEXT,
 }
-_CONDITIONS: Final = ("readings", "view", "reduction", "coverage")
+_CONDITIONS: Final = ("readings", "view", "every_size", "reduction", "coverage")
 RESULT: Final = _object(_RESULT, optional=_CONDITIONS)
 DIAGNOSTIC: Final = _object(_DIAGNOSTIC)
 SUMMARY: Final = _object({"pass": NUMBER, "fail": NUMBER, "unknown": NUMBER, "error": NUMBER})

@@ -221,6 +221,8 @@ class Explorer:
 def small_buffers(monkeypatch: pytest.MonkeyPatch) -> None:
     """Have the search do with small networks what it does with large ones."""
     monkeypatch.setattr("cspcheck.checker.search.levels.PARALLEL_ROWS", 1)
+    monkeypatch.setattr("cspcheck.checker.search.levels.PARALLEL_STATES", 0)
+    monkeypatch.setattr("cspcheck.checker.search.pace.Pace.is_for_all", True)
     monkeypatch.setattr("cspcheck.checker.search.levels.CAPACITY", 8)
     monkeypatch.setattr("cspcheck.checker.search.levels.SMALL_CAPACITY", 2)
     monkeypatch.setattr("cspcheck.checker.search.levels.SHARED_CAPACITY", 2)

@@ -121,7 +121,7 @@ class TestLimits:
     cube = interleave(forever(a, a, a, a, name="A"), forever(b, b, b, b, name="B"), forever(c, c, c, c, name="C"))
 
     def test_states(self) -> None:
-        outcome = checker(states=20).check_property(self.cube, "deadlock free")
+        outcome = checker(as_written=True, states=20).check_property(self.cube, "deadlock free")
         assert outcome.verdict is Verdict.UNKNOWN
         assert outcome.reason == (
             "state limit of 20 (`--max-states`) reached: 10 states explored to depth 2, "
@@ -130,7 +130,7 @@ class TestLimits:
         assert (outcome.states, outcome.transitions) == (10, 30)
 
     def test_states_of_a_component(self) -> None:
-        outcome = checker(states=100).check_property(counter(10_000), "deadlock free")
+        outcome = checker(as_written=True, states=100).check_property(counter(10_000), "deadlock free")
         assert outcome.verdict is Verdict.UNKNOWN
         assert outcome.reason == (
             "more than 100 states: `Counter` is called with 100 different arguments: "
@@ -138,7 +138,7 @@ class TestLimits:
         )
 
     def test_states_of_the_specification(self) -> None:
-        outcome = checker(states=20).check_refinement(hidden(self.cube, a, b, c), "T", STOP)
+        outcome = checker(as_written=True, states=20).check_refinement(hidden(self.cube, a, b, c), "T", STOP)
         assert outcome.verdict is Verdict.UNKNOWN
         assert (
             outcome.reason
@@ -146,10 +146,10 @@ class TestLimits:
         )
 
     def test_a_specification_need_not_be_explored_where_the_implementation_does_not_go(self) -> None:
-        assert checker(states=20).check_refinement(self.cube, "T", STOP).verdict is Verdict.PASS
+        assert checker(as_written=True, states=20).check_refinement(self.cube, "T", STOP).verdict is Verdict.PASS
 
     def test_states_of_the_implementation(self) -> None:
-        outcome = checker(states=20).check_refinement(Run(events(a, b, c)), "T", self.cube)
+        outcome = checker(as_written=True, states=20).check_refinement(Run(events(a, b, c)), "T", self.cube)
         assert outcome.verdict is Verdict.UNKNOWN
         assert (
             outcome.reason
@@ -157,7 +157,7 @@ class TestLimits:
         )
 
     def test_a_single_state_is_one_state(self) -> None:
-        outcome = checker(states=4).check_property(self.cube, "divergence free")
+        outcome = checker(as_written=True, states=4).check_property(self.cube, "divergence free")
         assert (
             outcome.reason
             == "state limit of 4 (`--max-states`) reached: 1 state explored to depth 0, no divergence among them"
@@ -179,21 +179,24 @@ class TestLimits:
     def test_what_was_found_in_time_stands(self, states: int) -> None:
         """The deadlock after d is at depth 1, whatever lies beyond."""
         process = choose(then(d, STOP), self.cube)
-        outcome = checker(states=states).check_property(process, "deadlock free")
+        outcome = checker(as_written=True, states=states).check_property(process, "deadlock free")
         assert outcome.verdict is Verdict.FAIL
         assert outcome.counterexample is not None
         assert outcome.counterexample.trace == ("d",)
-        assert checker(states=states).check_property(process, "divergence free").verdict is Verdict.UNKNOWN
+        assert (
+            checker(as_written=True, states=states).check_property(process, "divergence free").verdict
+            is Verdict.UNKNOWN
+        )
 
     def test_nondeterminism_found_in_time_stands(self) -> None:
         process = choose(then(d, a, STOP), then(d, b, STOP), self.cube)
-        found = checker(states=30).check_property(process, "deterministic").counterexample
+        found = checker(as_written=True, states=30).check_property(process, "deterministic").counterexample
         assert found is not None
         assert (found.trace, found.event) == (("d",), "a")
 
     def test_no_nondeterminism_in_what_was_explored_is_no_proof(self) -> None:
         for model, nothing in (("F", "nondeterminism"), ("FD", "divergence or nondeterminism")):
-            outcome = checker(states=40).check_property(self.cube, "deterministic", model)
+            outcome = checker(as_written=True, states=40).check_property(self.cube, "deterministic", model)
             assert outcome.verdict is Verdict.UNKNOWN
             assert outcome.reason == (
                 f"state limit of 40 (`--max-states`) reached: 20 states explored to depth 3, no {nothing} among them"
@@ -203,7 +206,7 @@ class TestLimits:
     @given(terms, terms, st.integers(1, 30))
     def test_a_limit_never_turns_a_verdict(self, p: Process, q: Process, states: int) -> None:
         for question in questions(p, q):
-            free, limited = question(checker()), question(checker(states=states))
+            free, limited = question(checker()), question(checker(as_written=True, states=states))
             assert limited.verdict in (free.verdict, Verdict.UNKNOWN)
             assert (limited.reason is not None) == (limited.verdict is Verdict.UNKNOWN)
             if limited.counterexample is not None and free.counterexample is not None:

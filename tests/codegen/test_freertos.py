@@ -170,11 +170,15 @@ def test_hostile_names_compile(tmp_path: Path) -> None:
 def test_the_commands_of_the_page_do_what_it_says(tmp_path: Path) -> None:
     root = SPECS.parent
     page = (root / "docs" / "targets.md").read_text(encoding="utf-8")
-    (block,) = re.findall(r"```\n(cspcheck gen [^`]*--target freertos.*?)```", page, re.DOTALL)
+    blocks = re.findall(r"```\n(cspcheck gen [^`]*--target freertos.*?)```", page, re.DOTALL)
+    shown, (refused, *said) = "".join(blocks[:2]), blocks[2].splitlines()
     (tmp_path / "specs").symlink_to(SPECS)
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     done = subprocess.run(
-        f"set -e\n{block}", shell=True, cwd=tmp_path, capture_output=True, text=True, env={**os.environ, "PATH": path}
-    )
-    assert done.returncode == 0, done.stderr
+        f"set -e\n{shown}set +e\n{refused}",
+        shell=True, cwd=tmp_path, capture_output=True, text=True, env={**os.environ, "PATH": path},
+    )  # fmt: skip
     assert "run.jsonl is a trace of `Repaired(SIGNALS)`: 3,000 events" in done.stdout
+    assert (tmp_path / "program" / "program.c").exists()
+    assert done.returncode == 2
+    assert " ".join(said) in " ".join(done.stderr.split())

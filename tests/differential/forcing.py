@@ -7,7 +7,7 @@ from functools import partial
 
 import pytest
 
-from cspcheck.checker.checks import machine_terms, reducing, refinement, store
+from cspcheck.checker.checks import machine_terms, properties, reducing, refinement, store
 from cspcheck.checker.network import compiler
 from cspcheck.checker.network.compiler import Compiler
 from cspcheck.checker.reduction import composing
@@ -28,7 +28,7 @@ def least_thresholds(monkeypatch: pytest.MonkeyPatch, slots: int) -> None:
     Args:
         slots: so many states make a component a large one.
     """
-    for module in (store, refinement):
+    for module in (store, refinement, properties):
         monkeypatch.setattr(module, "FIRST_LOOK", 1)
     monkeypatch.setattr(store, "WHOLE_NORMAL_FORM", 0)
     monkeypatch.setattr(reducing, "WORTH_WHILE", -1_000)

@@ -178,7 +178,6 @@ TEXTS: Final = frozenset([r"\text", r"\textrm", r"\mbox", r"\hbox", r"\comment",
 """Commands whose argument is a comment, unless it is one of the words of the notation."""
 
 UNSUPPORTED: Final[Mapping[str, str]] = {
-    **dict.fromkeys([r"\poly", r"\classuni"], "polymorphism"),
     **dict.fromkeys([r"\self", r"\oid"], "references to objects"),
     r"\dplo": "the associative parallel operator, distributed,",
 }

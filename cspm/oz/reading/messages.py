@@ -305,9 +305,9 @@ def unknown_environment(span: Span, name: str, suggestions: Sequence[str]) -> Di
 @mistake(
     "CSP625",
     "a part of Object-Z that is not read",
-    explanation="References to objects, polymorphism, distributed operations and the schema calculus have no meaning "
-    "here: a class of CSP-OZ is a process, and classes are joined by their channels.",
-    example="In LaTeX: `\\begin{state} s : \\poly Shape \\end{state}`",
+    explanation="References to objects as such have no meaning here: what an object is called is known where its class "
+    "is used, not inside it.",
+    example="In LaTeX: `\\begin{op}{show} s! : Shape \\where s! = \\self \\end{op}`",
     repair="Give each class its own channels and join them with `||`.",
 )
 def unsupported(span: Span, what: str) -> Diagnostic:

@@ -111,7 +111,7 @@ SPELLINGS: Final = (
     _infix("symdiff", 25, "symdiff", "⊖", r"\symdiff"),
     _infix("plus", 30, "+", "", "+"),
     _infix("minus", 30, "-", "−", "-"),
-    _infix("union", 30, "union", "∪", r"\cup \uni"),
+    _infix("union", 30, "union", "∪", r"\cup \uni \classuni"),
     _infix("diff", 30, "\\", "∖", r"\setminus \diff"),
     _infix("concat", 30, "^", "⁀ ⌢", r"\cat \frown"),
     _infix("bag_union", 30, "bag_union", "⊎", r"\buni \uplus"),
@@ -146,6 +146,7 @@ SPELLINGS: Final = (
     _prefix("seq1", "seq1", "seq₁", r"\seq_1"),
     _prefix("iseq", "iseq", "", r"\iseq"),
     _prefix("bag", "bag", "", r"\bag"),
+    _prefix("poly", "poly", "↓", r"\poly"),
     # postfix
     _postfix("inverse", "~", "∼", r"\inv"),
     _postfix("closure", "^+", "⁺", r"\plus \tcl"),

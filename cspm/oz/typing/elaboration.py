@@ -19,6 +19,7 @@ from cspcheck.cspm.oz.typing.identities import identities
 from cspcheck.cspm.oz.typing.interfaces import compare_interfaces, settled
 from cspcheck.cspm.oz.typing.lemmas import Lemmas
 from cspcheck.cspm.oz.typing.paragraphs import DeclaredParagraphs
+from cspcheck.cspm.oz.typing.polymorphism import with_alternatives
 from cspcheck.cspm.oz.typing.scopes import AmbiguousEntry, ClassEntry, SetEntry, TypingScope, VariableEntry, toolkit
 from cspcheck.cspm.oz.typing.typing import Typing
 from cspcheck.cspm.oz.typing.typing_operators import Wrong
@@ -84,6 +85,7 @@ class _Elaboration:
             self.diagnostics.append(diagnostic)
 
     def run(self) -> Elaborated:
+        self.declarations, alternatives = with_alternatives(self.declarations, self.report)
         paragraphs = DeclaredParagraphs(self.typing, self.scope, self.records, self.report)
         trees = [d for d in self.declarations if isinstance(d, s.Class)]
         for tree in trees:
@@ -92,7 +94,7 @@ class _Elaboration:
         paragraphs.script_values(self.declarations)
         paragraphs.elaborate([d for d in self.declarations if isinstance(d, s.Paragraph)])
         classes = ClassTable(trees, self.typing, self.scope, paragraphs, self.report)
-        models = classes.all()
+        models = {name: model for name, model in classes.all().items() if name not in alternatives}
         paragraphs.givens.update(self.typing.identified)
         outside = [d for d in self.declarations if not isinstance(d, s.Paragraph)]
         compare_interfaces(models, outside, classes.unclear, self.report)

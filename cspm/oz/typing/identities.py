@@ -105,7 +105,7 @@ def _mentioned(term: s.Term, names: frozenset[str], attributes: Mapping[str, str
         match part:
             case s.Reference(name=name) if name in names:
                 found.add(name)
-            case s.Reference(name=name) if name in attributes:
+            case s.Reference(name=name, decoration="" | "'") if name in attributes:
                 found.add(attributes[name])
             case s.Selection(record=record):
                 stack += _beneath(record, attributes)

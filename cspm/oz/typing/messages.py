@@ -484,6 +484,11 @@ def objects_need_heap(what: str, span: Span) -> Diagnostic:
     return Diagnostic("CSP659", f"{what} would need a heap, which is not supported", span)
 
 
+def no_alternatives(what: str, span: Span) -> Diagnostic:
+    """What polymorphic objects cannot be of."""
+    return Diagnostic("CSP659", what, span)
+
+
 def promotion(span: Span) -> Diagnostic:
     """The operation of something that is no object."""
     return Diagnostic("CSP659", "only an object has operations", span)

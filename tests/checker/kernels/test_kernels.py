@@ -228,6 +228,8 @@ def test_a_bad_hash_costs_time_and_nothing_else(monkeypatch: pytest.MonkeyPatch,
     expected = explore(pack(network), compiled=False)
     monkeypatch.setattr(kernels, "wrapping_product", lambda a, b: a)
     monkeypatch.setattr(level_search, "PARALLEL_ROWS", 1)
+    monkeypatch.setattr(level_search, "PARALLEL_STATES", 0)
+    monkeypatch.setattr(level_search.Pace, "is_for_all", True)
     monkeypatch.setattr(parallel_search, "DIVIDED_BITS", 10)
     found = explore(pack(network), compiled=False, workers=workers)
     assert (found.levels, found.transitions) == (expected.levels, expected.transitions)

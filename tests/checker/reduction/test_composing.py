@@ -8,7 +8,7 @@ import pytest
 from hypothesis import event, given, settings, strategies as st
 
 from cspcheck.checker.check import Checker
-from cspcheck.checker.checks import reducing, refinement, store
+from cspcheck.checker.checks import properties, reducing, refinement, store
 from cspcheck.checker.network.compiler import compile_network
 from cspcheck.checker.packing.packed import pack
 from cspcheck.checker.reduction.composing import NotComposable, composed
@@ -25,10 +25,16 @@ from tests.checker.textbook import a, b, c, checker, events, rows_of
 from tests.examples import examples
 
 
+def visible(outcome: Outcome) -> list[str]:
+    """What is told of a failure, taus apart."""
+    assert outcome.counterexample is not None
+    return [event for event in outcome.counterexample.trace if event != "tau"]
+
+
 @pytest.fixture
 def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Everything is reduced, however small it is."""
-    for module in (store, refinement):
+    for module in (store, refinement, properties):
         monkeypatch.setattr(module, "FIRST_LOOK", 1)
     monkeypatch.setattr(reducing, "WORTH_WHILE", -1_000)
 
@@ -52,6 +58,18 @@ class TestNothingIsLost:
         for question in questions(p, q):
             expected, found = question(plain).counterexample, question(reducing).counterexample
             assert found == expected, told(p) + "\n" + told(q)
+
+    @settings(max_examples=examples(40))
+    @given(compositions(size=4, components=4), st.lists(st.sampled_from([a, b, c]), max_size=4))
+    def test_traces_are_those_of_the_full_search(self, process: Process, trace: list[int]) -> None:
+        full, reducing = checker(full=True), checker()
+        for model in ("T", "F", "FD"):
+            expected, found = (each.check_property(process, "has trace", model, trace) for each in (full, reducing))
+            assert found.verdict == expected.verdict, told(process)
+            assert (found.counterexample is None) == (expected.counterexample is None)
+            if found.counterexample is not None:
+                assert found.counterexample.kind == expected.counterexample.kind
+                assert visible(found) == visible(expected)
 
     @settings(max_examples=examples(25))
     @given(compositions(size=4, components=4), st.one_of(compositions(size=4), processes(size=5)))

@@ -19,13 +19,13 @@ SCRIPTS = re.findall(r"```csp\n(.*?)```", PAGE, re.DOTALL)
 DOCUMENTS = re.findall(r"```latex\n(.*?)```", PAGE, re.DOTALL)
 
 
-@pytest.mark.parametrize("text", SCRIPTS, ids=["producer", "stack", "queue", "bank"])
+@pytest.mark.parametrize("text", SCRIPTS, ids=["producer", "stack", "queue", "bank", "aquarium"])
 def test_its_scripts_load_and_have_the_standard_layout(text):
     assert load(Source("page.csp", text)).warnings == ()
     assert format_source(Source("page.csp", text)) == text
 
 
-@pytest.mark.parametrize("text", SCRIPTS, ids=["producer", "stack", "queue", "bank"])
+@pytest.mark.parametrize("text", SCRIPTS, ids=["producer", "stack", "queue", "bank", "aquarium"])
 def test_its_scripts_are_the_same_in_latex(text):
     script = parse(Source("page.csp", text))
     document = Source("page.tex", write_latex(script))
