@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from unittest.mock import patch
 
 from hypothesis import given, settings, strategies as st
@@ -39,15 +40,16 @@ def test_what_is_found_is_a_violation_and_nothing_is_missed(spec: Process, model
 
 def test_behind_internal_steps_without_number() -> None:
     tick, length, clocks = 100, 9, 12
+    hands: dict[tuple[int, int], Process] = {}
 
-    def clock(number: int, hand: int = 0) -> Process:
-        def body() -> Process:
-            return then(tick + number, clock(number, (hand + 1) % length))
+    def clock(number: int, hand: int) -> Process:
+        return then(tick + number, hands[number, (hand + 1) % length])
 
-        return reference(f"Clock{number}_{hand}", body)
-
+    for number in range(clocks):
+        for hand in range(length):
+            hands[number, hand] = reference(f"Clock{number}_{hand}", partial(clock, number, hand))
     ticks = [tick + number for number in range(clocks)]
-    system = hidden(interleave(then(a, ticks[0], b, STOP), *(clock(number) for number in range(clocks))), *ticks)
+    system = hidden(interleave(then(a, ticks[0], b, STOP), *(hands[number, 0] for number in range(clocks))), *ticks)
     with patch.object(refinement, "_reduced", lambda *_: None):
         outcome = checker(states=1_500_000).check_refinement(choose(then(a, STOP), then(b, STOP)), "T", system)
     assert outcome.verdict is Verdict.FAIL
