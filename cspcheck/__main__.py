@@ -23,6 +23,10 @@ def main() -> NoReturn:
     # An interrupt that came while text was executed (as dataclasses do) is remembered by CPython although it has been
     # handled, and the process would end by the signal instead of with this code. Executing a text makes it forget.
     exec("")
+    if "cspcheck.cli" in sys.modules:
+        from cspcheck.cli import end
+
+        end(code)
     sys.exit(code)
 
 

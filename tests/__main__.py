@@ -4,12 +4,14 @@ Runs the linter, the formatter's check, the type checker, the import contract an
 each says, and exits non-zero if any of them fails. Further arguments go to pytest.
 
 ``--nightly`` runs the tests with damaged and made-up inputs instead, a million and others every time, which takes
-hours; ``CSPCHECK_FUZZ`` says how many. What it finds becomes a test of the room that it was found in.
+hours; ``CSPCHECK_FUZZ`` says how many. It tells after every round how many there were, and may be ended at any time.
+What it finds becomes a test of the room that it was found in.
 """
 
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -35,17 +37,53 @@ NIGHTLY = (
 """The tests that make their inputs at random, as many as ``CSPCHECK_FUZZ`` says."""
 
 
+ROUND = 20_000
+"""So many inputs are tried before it is told how far the night has come."""
+
+
 def nightly(arguments: list[str]) -> int:
-    """Run the random inputs of a night; pytest's exit status."""
-    # Examples that are said to be so many are drawn anew each time.
-    settings = {
-        "CSPCHECK_FUZZ": "1000000",
-        "CSPCHECK_EXAMPLES": "1000",
-        "CSPCHECK_SEED": str(time.time_ns()),
-        **os.environ,
-    }
+    """Try random inputs, round by round, until there were enough or somebody ends it; 1 if something was found.
+
+    Each round has a seed of its own, which is told where it finds something: with ``CSPCHECK_SEED`` and the number of
+    inputs it is the same again.
+    """
+    wanted = int(os.environ.get("CSPCHECK_FUZZ", "1000000"))
+    seed = os.environ.get("CSPCHECK_SEED") or str(time.time_ns())
     command = [sys.executable, "-m", "pytest", "-n", "2", "--dist", "worksteal", "-q", *NIGHTLY, *arguments]
-    return subprocess.run(command, cwd=ROOT, env=settings, check=False).returncode
+    started, tried, number, failed = time.monotonic(), 0, 0, 0
+    ended = True
+    while ended and tried < wanted:
+        inputs = min(ROUND, wanted - tried)
+        # Examples that are said to be so many are drawn anew each time.
+        settings = {"CSPCHECK_EXAMPLES": "1000", "CSPCHECK_FUZZ": str(inputs)}
+        settings["CSPCHECK_SEED"] = seed if number == 0 else f"{seed}+{number}"
+        status = _carried_out(command, {**os.environ, **settings})
+        ended = status in (0, 1)
+        if ended:
+            number, tried, failed = number + 1, tried + inputs, failed + status
+        if status != 0:
+            again = f"CSPCHECK_SEED={settings['CSPCHECK_SEED']} CSPCHECK_FUZZ={inputs} python -m tests --nightly"
+            print(f"   this round again: {again}", flush=True)
+        print(
+            f"== {tried:,} of {wanted:,} inputs tried in {(time.monotonic() - started) / 60:.1f} min, "
+            f"{failed} of {number} rounds with findings{'' if ended else '; ended before its time'}",
+            flush=True,
+        )
+    return 0 if ended and not failed else 1
+
+
+def _carried_out(command: list[str], environment: dict[str, str]) -> int:
+    """Run a command; its exit status. Whoever ends this program ends the command, which says what it knows by then."""
+    with subprocess.Popen(command, cwd=ROOT, env=environment) as running:
+        before = signal.signal(signal.SIGTERM, lambda *_: running.send_signal(signal.SIGINT))
+        try:
+            while True:
+                try:
+                    return running.wait()
+                except KeyboardInterrupt:  # it has got that as well
+                    continue
+        finally:
+            signal.signal(signal.SIGTERM, before)
 
 
 def step(name: str, command: list[str], failed: list[str]) -> None:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import errno
 import os
 import sys
+import threading
 from collections.abc import Sequence
 from importlib import import_module
 from typing import Any, NoReturn
@@ -202,7 +204,22 @@ def _drop_output() -> None:
 
 def main() -> NoReturn:
     """Run the command line of the process and end it. The command itself begins in ``cspcheck.__main__``."""
-    sys.exit(run())
+    end(run())
+
+
+def end(code: int) -> NoReturn:
+    """End the process with an exit code.
+
+    Where it was interrupted nobody waits until the kernels are compiled, as the end of a Python program would. Nothing
+    of them is half written then: files are put in their places whole.
+    """
+    if code == 130 and any(thread.name == "compiler" for thread in threading.enumerate()):
+        atexit._run_exitfuncs()
+        for stream in (sys.stdout, sys.stderr):
+            with contextlib.suppress(OSError, ValueError):
+                stream.flush()
+        os._exit(code)
+    sys.exit(code)
 
 
 def finish(code: int) -> NoReturn:

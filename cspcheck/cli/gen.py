@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from shlex import quote
 from typing import Any
 
 import click
@@ -118,6 +119,6 @@ def command(**options: Any) -> None:
     for left in orphans(texts, options["output"]):
         say(f"yours, and no task uses it any more: {left}\n")
     folder = options["output"].rstrip("/")
-    how = f"make -C {folder} host" if options["target"] != "python" else f"python {folder}/main.py"
+    how = f"make -C {quote(folder)} host" if options["target"] != "python" else f"python {quote(f'{folder}/main.py')}"
     say(f"run it with: {how}\n")
     finish(Exit.FAILED if result.warnings else Exit.OK)

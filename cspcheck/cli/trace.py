@@ -89,7 +89,8 @@ def command(**options: Any) -> None:
         if departure is None:
             unseen = verdict.events - verdict.followed
             hidden = f", {unseen:,} of them hidden" if unseen else ""
-            say(f"{harmless(name)} is a trace of `{process}`: {verdict.events:,} events{hidden}, {seconds:.2f} s\n")
+            events = f"{verdict.events:,} event{'' if verdict.events == 1 else 's'}{hidden}"
+            say(f"{harmless(name)} is a trace of `{process}`: {events}, {seconds:.2f} s\n")
         else:
             say(unobeyed(f"{harmless(name)} leaves `{process}` in line {verdict.line}\n{departure.explain()}\n"))
             record = verdict.record

@@ -131,7 +131,6 @@ def test_the_memory_limit_is_that_of_the_process(busy: str) -> None:
     [
         FIBONACCI + "print fib(60)",
         "channel c : {1..1000000000000}.{1..64}\nprint {| c |}",
-        "given M\nreading M = 2147483647\nclass C\n  chan a : [x : M]\nend",
     ],
 )
 def test_reading_a_script_has_the_limits_of_an_assertion(text: str, tmp_path) -> None:
@@ -143,7 +142,16 @@ def test_reading_a_script_has_the_limits_of_an_assertion(text: str, tmp_path) ->
     with pytest.raises(cspcheck.ScriptError) as caught:
         load(str(path), Settings(limits=Limits(None, 0.5, None)))
 
-    assert caught.value.diagnostics[0].code in ("CSP920", "CSP425", "CSP688")
+    assert caught.value.diagnostics[0].code in ("CSP920", "CSP425")
+
+
+def test_a_reading_of_more_names_than_a_script_can_have_is_refused() -> None:
+    text = "given M\nreading M = {}\nclass C\n  chan a : [x : M]\nend"
+    with pytest.raises(cspcheck.ScriptError) as caught:
+        cspcheck.loads(text.format(2147483647))
+    assert [diagnostic.code for diagnostic in caught.value.diagnostics] == ["CSP682"]
+    assert "`reading M = 2147483647` has more than 20,000 elements" in str(caught.value)
+    cspcheck.loads(text.format(3))
 
 
 def test_products_do_not_grow_beyond_what_one_step_can_work_with() -> None:

@@ -19,10 +19,12 @@ P = a -> b -> STOP
 D = a -> (let L = b -> L within L \\ {b})
 N = a -> (b -> STOP |~| c -> STOP)
 S = a -> c -> S
+E(n) = a -> E(n + 1) [] n == 1 & b -> STOP
 """
 
 FAILURES = {
     "P :[deadlock free]": ("deadlock", "`P` deadlocks after 2 events"),
+    "E(0) :[deadlock free]": ("deadlock", "`E(0)` deadlocks after 2 events"),
     "D :[divergence free]": ("divergence", "`D` diverges after 1 event"),
     "D :[deterministic]": ("divergence", "`D` diverges after 1 event"),
     "N :[deterministic]": ("nondeterminism", "after 1 event it can perform an event, and it can refuse"),

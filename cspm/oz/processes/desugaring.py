@@ -54,6 +54,10 @@ def desugared(tree: syntax.Script, elaborated: Elaborated, context: ClassContext
     return _Desugaring(tree, elaborated, context).run()
 
 
+MOST_ELEMENTS = 20_000
+"""So many names may a reading of a given set bring into a script: each is a constructor, with all that this takes."""
+
+
 class _Desugaring:
     def __init__(self, tree: syntax.Script, elaborated: Elaborated, context: ClassContext) -> None:
         self.tree = tree
@@ -157,6 +161,8 @@ class _Desugaring:
             if public:
                 yield _value(name, span, self._set([carrier], None, span))
             return
+        if reading.bound > MOST_ELEMENTS:
+            raise ScriptError(messages.set_too_large(f"reading {name} = {reading.bound}", MOST_ELEMENTS, reading.span))
         elements = [f"{name}_{number}" for number in range(1, reading.bound + 1)]
         for element in elements:
             self._claim(element, f"an element of the given set `{name}`", reading.span)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import ctypes
 import os
 import signal
+import subprocess
+import sys
 
 import pytest
 
@@ -50,3 +52,22 @@ def test_afterwards_everything_is_as_before() -> None:
         assert signal.getsignal(signal.SIGINT) is not before[0]
 
     assert (signal.getsignal(signal.SIGINT), sys.unraisablehook) == before
+
+
+@pytest.mark.parametrize("where", ["cspcheck.cli", "cspcheck.__main__"])
+def test_the_end_does_not_wait_for_the_compiler(where: str) -> None:
+    """Kernels that are being compiled when the run is interrupted are of no use to anybody; what was said gets out."""
+    program = f"""
+import sys, time
+import cspcheck.cli
+from cspcheck.checker.kernels.machine_code import Apart
+from {where} import main
+def run():
+    Apart(lambda: time.sleep(600))
+    print("said")
+    return 130
+cspcheck.cli.run = run
+main()
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "said\n", "")

@@ -12,7 +12,7 @@ from cspcheck.cspm.process.terms import Process, Reference
 from cspcheck.cspm.script import Script, load
 from cspcheck.cspm.source import Source
 
-EXAMPLES = int(os.environ.get("CSPCHECK_FUZZ", "400"))
+EXAMPLES = max(1, int(os.environ.get("CSPCHECK_FUZZ", "20000")) // 50)
 
 DECLARATIONS = f"""
 transparent {", ".join(sorted(TRANSPARENT))}

@@ -4,7 +4,7 @@ with Ada.Real_Time; use Ada.Real_Time;
 package body Patience is
 
    Most     : constant := 20;
-   Too_Long : constant Time_Span := Microseconds (100);
+   Too_Long : constant Time_Span := Microseconds (700);
    Penalty  : constant := 200;
 
    type Count_Array is array (Task_Index) of Natural;

@@ -13,7 +13,7 @@
  * longer than most of those do that it waits for. Between looks the processor is theirs, if they want it. If another
  * program has had it meanwhile, the task sleeps at once for some time. */
 #define LOOKS 20
-#define TOO_LONG 100000 /* nanoseconds */
+#define TOO_LONG 700000 /* nanoseconds */
 #define PENALTY 200U
 
 static pthread_mutex_t guard = PTHREAD_MUTEX_INITIALIZER;
