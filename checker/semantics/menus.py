@@ -125,6 +125,10 @@ def explored(
             heads.of(process)
         return menu
 
+    def unknown(steps: Iterable[tuple[int, Process]]) -> dict[Process, Any]:
+        """The keys of what is met for the first time, each found once: many events may lead to one process."""
+        return {after: key_of(after) for after in dict.fromkeys(map(_after, steps)) if after not in known}
+
     def number(process: Process, key: Any) -> int:
         found = numbers.get(key)
         if found is None:
@@ -150,11 +154,11 @@ def explored(
         if type(key) is tuple:
             # Names are given in the order of the menu, numbers in that of the events.
             steps = steps_of(key)
-            fresh = {after: key_of(after) for _, after in steps if after not in known}
+            fresh = unknown(steps)
             steps.sort(key=_event)
         else:
             steps = successors(key)
-            fresh = {after: key_of(after) for _, after in steps if after not in known}
+            fresh = unknown(steps)
         row: list[tuple[int, int]] = []
         for event, after in steps:
             target = known.get(after)
@@ -171,3 +175,4 @@ def explored(
 
 
 _event = itemgetter(0)
+_after = itemgetter(1)

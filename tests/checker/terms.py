@@ -11,7 +11,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import fields
 from enum import IntEnum
-from itertools import count
+from functools import cache
+from itertools import combinations, count
 from typing import Any
 
 from hypothesis import strategies as st
@@ -107,11 +108,29 @@ def _references(term: object) -> Iterator[Reference]:
             yield from _references(getattr(term, field.name))
 
 
+@cache
 def event_sets(events: int, *, min_size: int = 0) -> st.SearchStrategy[EventSet]:
     """Sets of the first *events* identifiers."""
-    return st.sets(_events(events), min_size=min_size).map(EventSet.of)
+    return st.sampled_from([EventSet.of(subset) for subset in subsets(events) if len(subset) >= min_size])
 
 
+def subsets(events: int) -> list[tuple[int, ...]]:
+    """All sets of the first *events* identifiers, small ones first: drawn at one blow, not event by event."""
+    identifiers = range(FIRST_EVENT, FIRST_EVENT + events)
+    return [subset for size in range(events + 1) for subset in combinations(identifiers, size)]
+
+
+@cache
+def _one_or_two(events: int) -> st.SearchStrategy[tuple[int, ...]]:
+    return st.sampled_from([subset for subset in subsets(events) if 1 <= len(subset) <= 2])
+
+
+@cache
+def _some_pairs(events: int) -> st.SearchStrategy[set[tuple[int, int]]]:
+    return st.sets(st.tuples(_events(events), _events(events)), min_size=1, max_size=4)
+
+
+@cache
 def _events(events: int) -> st.SearchStrategy[int]:
     return st.integers(FIRST_EVENT, FIRST_EVENT + events - 1)
 
@@ -206,8 +225,7 @@ class _Terms:
         return tuple(self.operands(size, self.draw(st.integers(2, 3)), recursion))
 
     def pairs(self) -> tuple[tuple[int, int], ...]:
-        event = _events(self.events)
-        return tuple(sorted(self.draw(st.sets(st.tuples(event, event), min_size=1, max_size=4))))
+        return tuple(sorted(self.draw(_some_pairs(self.events))))
 
     def links(self) -> tuple[tuple[int, int], ...]:
         """Pairs in which each event is at most once on either side, as the language demands."""
@@ -215,7 +233,7 @@ class _Terms:
         return tuple(sorted({b: (a, b) for a, b in by_left.items()}.values()))
 
     def prefix(self, size: int, recursion: _Recursion) -> Process:
-        offered = sorted(self.draw(st.sets(_events(self.events), min_size=1, max_size=2)))
+        offered = self.draw(_one_or_two(self.events))
         return Prefix(tuple(zip(offered, self.operands(size, len(offered), recursion.after_visible()), strict=True)))
 
     def buffer(self) -> Process:

@@ -328,7 +328,9 @@ def _operations(tokens: Sequence[Token], boxes: Sequence[str]) -> frozenset[int]
         inside = place + 2
         decorated = False
         while inside < len(tokens) and tokens[inside].kind not in ("end", "$END"):
-            decorated = decorated or bool(tokens[inside].decoration) or tokens[inside].value == "Delta"
+            # Without brackets `Delta S` includes the schema S, before and after.
+            listed = tokens[inside].value == "Delta" and tokens[inside + 1].kind == "("
+            decorated = decorated or bool(tokens[inside].decoration) or listed
             inside += 1
         if _OPERATION_NAME.match(name) or name in channels or decorated:
             found.add(place)

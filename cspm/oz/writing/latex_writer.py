@@ -60,6 +60,7 @@ PREAMBLE: Final = r"""\documentclass{article}
 \providecommand{\disjoint}{\mathop{\mathsf{disjoint}}}
 \providecommand{\inbag}{\mathrel{\mathsf{in}}}
 \providecommand{\iseq}{\mathop{\mathsf{iseq}}}
+\providecommand{\poly}{\mathop{\downarrow}}
 \providecommand{\dcat}{\mathop{{}^{\frown}/}}
 \providecommand{\lbag}{[\![}
 \providecommand{\rbag}{]\!]}

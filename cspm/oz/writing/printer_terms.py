@@ -21,6 +21,7 @@ from cspcheck.cspm.oz.reading.operators import (
     APPLICATION,
     BY_NAME,
     IFF,
+    INREL,
     NUMBER_SETS,
     POSTFIX,
     PREFIX as PREFIX_LEVEL,
@@ -266,7 +267,8 @@ class TermPrinter:
                 least = first if number == 0 else level + 1
             else:
                 least = at_end if last else level + 1
-            follow = place.follow if last else spellings[number].text[0]
+            # A relation with a name is known by its first word.
+            follow = place.follow if last else spellings[number].text[0].split()[0]
             doc = self.term(operand, replace(place, least=least, follow=follow))
             if number:
                 parts += self._sign(spellings[number - 1], operands[number - 1], operand)
@@ -399,6 +401,8 @@ def _needs_end(place: TermPlace) -> bool:
 
 def precedence_of(sign: str) -> int:
     """How tightly the infix operator binds that a sign is; -1 for any other sign."""
+    if sign == INREL.strip():
+        return RELATION
     spelling = INFIX.get(sign)
     return -1 if spelling is None else spelling.precedence
 

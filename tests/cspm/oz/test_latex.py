@@ -57,6 +57,20 @@ def test_paragraphs_come_back(paragraph):
     assert read(Writer().paragraph(found)) == (found,)
 
 
+@pytest.mark.parametrize("included", ["Delta S", "Xi S", "S"])
+def test_a_schema_of_a_class_that_includes_another_comes_back(included):
+    text = f"class C\n  schema T\n    {included}\n    y : nat\n  end\n  state\n    x : nat\nend\n"
+    script = parse(Source("x.csp", text))
+    assert read(write_latex(script)) == script.declarations
+
+
+def test_a_binder_before_a_relation_with_a_name_is_in_brackets():
+    text = "schema S\n  x : nat\nwhere\n  ((lambda y : x @ y) inrel f x).a\n  (lambda y : x @ y) inrel f x\nend\n"
+    script = parse(Source("x.csp", text))
+    assert read(write_latex(script)) == script.declarations
+    assert parse(Source("x.csp", print_paragraph(script.declarations[0]))).declarations == script.declarations
+
+
 def test_a_whole_script_comes_back():
     text = (
         "given G\nN = 3\nchannel c : {0..N}\nclass C[T]\n  chan a_b : [x? : T]\n  local_chan z\n"

@@ -77,7 +77,7 @@ def test_mutations_of_the_corpus(part: int) -> None:
 
 
 def test_heaps_of_pieces() -> None:
-    for chance in chances("heaps", 0.1):
+    for chance in chances("heaps", 0.11):
         pieces = chance.choices(PIECES, k=chance.randint(0, 30))
         source = decode("heap.csp", b"".join(pieces).replace(b"\0", b""))
         for read in (lambda source: parse(source, include=unreadable), parse_expression, parse_assertion):
@@ -95,7 +95,7 @@ BETWEEN = [
 ]
 
 
-@fuzz(0.02)
+@fuzz(0.01)
 @given(
     scripts(1) | scripts(2),
     st.sampled_from([20, 60, 100]),
