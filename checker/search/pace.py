@@ -54,7 +54,7 @@ class Pace:
             self._in_between = False
             return
         self._rounds += 1
-        if self._rounds % TRIAL == 0 and median(self._together) < GAIN * median(self._alone):
+        if self._rounds % TRIAL == 0 and self._alone and median(self._together) < GAIN * median(self._alone):
             self._until = self.clock() + self._pause
             self._pause = min(2 * self._pause, LONGEST_PAUSE)
             self._together.clear()

@@ -262,7 +262,9 @@ class _Designer:
             for event, groups in sorted(wire.by_event.items()):
                 values = self.script.events.parts(event)[1]
                 key = ", ".join(self.data.literal(v, f"the events of `{channel.name}`") for v in values)
-                rows.append(f"({key},): [{', '.join(self._groups(groups, names))}],")
+                # Lists, which are of one type whatever their length.
+                lists = [f"[{text.strip('(),')}]" for text in self._groups(groups, names)]
+                rows.append(f"({key},): [{', '.join(lists)}],")
             inside = "\n        ".join(rows)
             parties = f"{{\n        {inside}\n    }}"
         members = tuple(names[leaf] for leaf in sorted(joined))

@@ -151,7 +151,8 @@ class _Writer:
         )
 
     def _machine(self, task: TaskDesign) -> str:
-        text = "\n".join([*(task.table or ()), *(m.annotation for m in task.methods)])
+        notes = [note for m in task.methods for note in (m.annotation, *[n for _, n in m.parameters])]
+        text = "\n".join([*(task.table or ()), *notes])
         names = [*used(text, runtime.__all__), "MachineTask", "Row", *(["Channel"] if task.ports else [])]
         names += ["UNDECIDED"] if any(method.returns for method in task.methods) else []
         settings = _settings(task.timing)
@@ -169,6 +170,7 @@ class _Writer:
                 runtime=sorted(set(names), key=_order),
                 modules=["channels"] if task.ports else [],
             ),
+            typing=[*used("\n".join(notes), ["Any"]), "ClassVar"],
             timing=settings,
         )
 
@@ -216,6 +218,7 @@ class _Writer:
             "methods.py.j2",
             task=task,
             methods_class=_methods_class(task),
+            typing=used(notes, ["Any"]),
             imports=sorted([*lines, f"from .{task.module} import {', '.join(imported)}"], key=_module),
             method_text=_method_text,
             wanted=lambda method: _wanted(method, task.of_class is not None),

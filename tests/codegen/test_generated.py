@@ -43,8 +43,16 @@ def test_tables_keep_to_the_script_as_well(script: str, process: str, choice: st
     assert lint.stdout == "All checks passed!\n"
 
 
-def test_tables_are_strictly_typed(tmp_path: Path) -> None:
-    generate(cspcheck.load(SPECS / "microautoware" / "microautoware.csp"), "Repaired(SIGNALS)", tmp_path / "p")
+@pytest.mark.parametrize(
+    ("script", "process"),
+    [
+        ("microautoware/microautoware.csp", "Repaired(SIGNALS)"),
+        ("microautoware/tasks.csp", "Owned"),  # events with groups of different sizes
+        ("rov/data_view.csp", "ChainRepaired"),  # methods that are told records
+    ],
+)
+def test_tables_are_strictly_typed(script: str, process: str, tmp_path: Path) -> None:
+    generate(cspcheck.load(SPECS / script), process, tmp_path / "p", "policy")
     assert strictly_typed(tmp_path / "p") == ""
 
 

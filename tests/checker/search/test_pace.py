@@ -84,3 +84,10 @@ def test_small_searches_have_one_thread(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(levels, "Crew", refused)
     packed = pack(synchronised({name: cycle(*(f"{name}{i}" for i in range(10))) for name in "ABCDE"}))
     assert explore(packed, workers=2).levels[-1] == 100_000
+
+
+def test_runs_of_all_that_none_is_held_against_say_nothing() -> None:
+    chooses = Pace(Clock())
+    for _ in range(3 * pace.TRIAL):
+        chooses.note(10_000, 0.01, together=True)
+    assert not chooses.is_for_all
