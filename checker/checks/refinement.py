@@ -12,6 +12,7 @@ from functools import partial
 import numpy as np
 
 from cspcheck.checker.budget import Incomplete
+from cspcheck.checker.checks.by_steps import pairs_by_steps, with_taus
 from cspcheck.checker.checks.context import Context, reached
 from cspcheck.checker.checks.reducing import Reduced, as_they_are, model_for, reduced
 from cspcheck.checker.checks.store import FIRST_LOOK, Specification
@@ -25,7 +26,7 @@ from cspcheck.checker.search.pair_search import PairExploration, Violation
 from cspcheck.checker.search.paths import PathStep, shortest_path
 from cspcheck.checker.semantics.steps import Row
 from cspcheck.checker.semantics.transitions import offer
-from cspcheck.checker.specification.normal_form import NormalModel
+from cspcheck.checker.specification.normal_form import NormalForm, NormalModel
 from cspcheck.checker.verdict import Counterexample, Outcome, Verdict
 from cspcheck.cspm.process.events import TICK
 from cspcheck.cspm.process.terms import Process
@@ -68,6 +69,9 @@ def _refines(
         pairs = context.machines.pairs(normal_form, implementation, model, few, full=False)
         if not pairs.complete and pairs.violation_level is None:
             outcome = _reduced(context, specification, normal_form, model, implementation)
+            if outcome is None and pairs.depth < 0:
+                # Taus lead to more states than that before the first event.
+                outcome = _by_steps(context, specification, normal_form, implementation)
             if outcome is not None:
                 return outcome
             pairs = None
@@ -114,6 +118,25 @@ def _reduced(
         return None
     counterexample = _explained(context, specification, normal_form, node, implementation, whole)
     return budget.outcome(Verdict.FAIL, None, *counts, counterexample)
+
+
+def _by_steps(
+    context: Context, specification: Process, normal_form: Specification, implementation: Process
+) -> Outcome | None:
+    """The outcome for an event that is not allowed and only a few steps away; None where there is no such thing."""
+    packed = context.machines.packed(implementation, context.budget)
+    if not isinstance(normal_form, NormalForm) or packed.network.is_compressed:
+        return None
+    pairs = pairs_by_steps(context.machines, normal_form, packed, context.budget)
+    if pairs.violation_level is None:
+        return None
+    path, violation = first_violation(pairs)
+    node = int(pairs.nodes[violation.index])
+    found = _Found(pairs, with_taus(path, packed), violation, unfolded=packed)
+    counts = int(pairs.levels[-1]), pairs.transitions
+    context.failed(*counts, _begun(context, normal_form, node, implementation, found))
+    counterexample = _explained(context, specification, normal_form, node, implementation, found)
+    return context.budget.outcome(Verdict.FAIL, None, *counts, counterexample)
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,7 +236,8 @@ def _begun(
 ) -> Counterexample:
     """What is known of a violation before its run is looked at."""
     events, kind = context.events, found.violation.kind
-    counterexample = begun(kind, implementation, found.exploration.packed, found.path, events)
+    packed = found.unfolded or found.exploration.packed
+    counterexample = begun(kind, implementation, packed, found.path, events)
     names = tuple(events.name(event) for event in visible(found.path))
     if kind != "trace":
         return replace(counterexample, specification_trace=names)

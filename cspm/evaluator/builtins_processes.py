@@ -9,6 +9,7 @@ from cspcheck.cspm.evaluator.builtins import Builtin
 from cspcheck.cspm.evaluator.builtins_data import DATA, as_pair, as_sequence, as_set
 from cspcheck.cspm.prelude import DEPRECATED_IMPORTS, TRANSPARENT
 from cspcheck.cspm.process import terms as process
+from cspcheck.cspm.process.definitions import Definition
 from cspcheck.cspm.process.terms import Process
 from cspcheck.cspm.values import messages as messages
 from cspcheck.cspm.values.dots import Channels, Event, is_incomplete
@@ -108,7 +109,7 @@ def _loop(p: Process) -> Process:
 
         return f"loop({show_short(p)})"
 
-    again = process.Reference(("loop", p), process.Definition(text, None, unfold))
+    again = process.Reference(("loop", p), Definition(text, None, unfold))
     return again
 
 

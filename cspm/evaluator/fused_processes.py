@@ -11,29 +11,30 @@ anything fails, and where a value is not what the types let expect, they evaluat
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence as Items
-from functools import reduce
 from typing import TYPE_CHECKING, Any
 
 from cspcheck.cspm.evaluator.builtins import Builtin
-from cspcheck.cspm.evaluator.builtins_data import append
 from cspcheck.cspm.evaluator.dotting import dot_parts
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.evaluator.free import mentioned
+from cspcheck.cspm.evaluator.fused_helpers import (
+    HELPERS,
+    OF_SETS,
+    NoMenu,
+    Retreat,
+    building,
+    is_one_field,
+    numbering,
+)
 from cspcheck.cspm.evaluator.fusion import DEEPEST, FusedPlace, Fuser
-from cspcheck.cspm.evaluator.keys import native
 from cspcheck.cspm.evaluator.patterns import is_irrefutable, is_variable
-from cspcheck.cspm.evaluator.prefixes import MOST_BRANCHES
 from cspcheck.cspm.evaluator.processes import chain
 from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
-from cspcheck.cspm.process.construction import external_choice
-from cspcheck.cspm.process.terms import STOP, Menu, Prefix, Process, Reference
+from cspcheck.cspm.process.terms import Menu, Process
 from cspcheck.cspm.syntax import tree as syntax
-from cspcheck.cspm.values.dots import ChannelHead, Dotted, Event, Head, dot
+from cspcheck.cspm.values.dots import ChannelHead, Dotted, Event, Head
 from cspcheck.cspm.values.failure import Failure
-from cspcheck.cspm.values.set_algebra import difference, intersection, union
-from cspcheck.cspm.values.sets import FiniteSet, Set
 from cspcheck.cspm.values.thunks import Env, Thunk
-from cspcheck.cspm.values.values import Boolean, Sequence, deep
 
 if TYPE_CHECKING:
     from cspcheck.cspm.evaluator.core import Evaluator
@@ -49,10 +50,6 @@ MOST_OPEN = 15
 ProcessCode = Callable[[Env], Process]
 
 
-class Retreat(Exception):
-    """A value is none that a fused function can go on with."""
-
-
 class ProcessFuser(Fuser):
     """Writes process terms, and the expressions in them, as Python text.
 
@@ -62,7 +59,7 @@ class ProcessFuser(Fuser):
     def __init__(self, evaluator: Evaluator, unit: Unit) -> None:
         super().__init__(evaluator)
         self.unit = unit
-        self.fusion.objects |= _HELPERS
+        self.fusion.objects |= HELPERS
 
     def process(self, node: syntax.Expr, place: FusedPlace, depth: int = 0) -> str:
         """Text for *node* as a process term."""
@@ -275,7 +272,7 @@ class ProcessFuser(Fuser):
 
         if field.restriction is None:
             domain = head.domains[position]
-            if domain.exceeds(MOST_INPUTS) or not all(map(_is_one_field, domain.elements())):
+            if domain.exceeds(MOST_INPUTS) or not all(map(is_one_field, domain.elements())):
                 return None
             return f"{self.fusion.object(domain.elements)}()"
         kind = self.type_of(field.restriction)
@@ -300,7 +297,7 @@ class ProcessFuser(Fuser):
         numbers = self.fusion.object(head.numbers.get)
         number, key = self._fresh("i"), self._fresh("f")
         there = f"({number} := {numbers}({key} := ({''.join(f'{field}, ' for field in fields)}))) is not None"
-        return f"({number} if {there} else {self.fusion.object(_numbering(head))}({key}))"
+        return f"({number} if {there} else {self.fusion.object(numbering(head))}({key}))"
 
     # --- expressions ----------------------------------------------------------------------------------------
 
@@ -361,7 +358,7 @@ class ProcessFuser(Fuser):
         found, key = self._fresh("d"), self._fresh("f")
         fields = [self.value(part, place, depth + 1) for part in dot_parts(node)[1:]]
         there = f"({found} := {self.fusion.object(head.known.get)}({key} := ({', '.join(fields)},))) is not None"
-        return f"({found} if {there} else {self.fusion.object(_building(head))}({key}))"
+        return f"({found} if {there} else {self.fusion.object(building(head))}({key}))"
 
     def _whole(self, node: syntax.Expr) -> Head | None:
         """The constructor whose complete value *node* certainly is, with dots between it and its plain fields."""
@@ -409,140 +406,8 @@ class ProcessFuser(Fuser):
             ways[kind](argument, place, depth + 1) for kind, argument in zip(known.kinds, node.arguments, strict=True)
         ]
         # The types are known, so what makes sure of them can be left out.
-        function = self.fusion.object(_OF_SETS.get(known.name, known.call))
+        function = self.fusion.object(OF_SETS.get(known.name, known.call))
         return f"{function}({', '.join(given)})"
-
-
-# --- what fused functions call -------------------------------------------------------------------------------
-
-
-def _one(number: int, then: Process) -> Process:
-    return Prefix(((number, then),))
-
-
-def _several_group(branches: list[tuple[int, Process]]) -> Menu:
-    if not branches:
-        return ()
-    if len(branches) > 1:
-        if len(branches) > MOST_BRANCHES:
-            raise Retreat
-        branches.sort(key=_number)
-    return (tuple(branches),)
-
-
-def _several(branches: list[tuple[int, Process]]) -> Process:
-    group = _several_group(branches)
-    return Prefix(group[0]) if group else STOP
-
-
-def _number(branch: tuple[int, Process]) -> int:
-    return branch[0]
-
-
-def _same_group(numbers: list[int], then: Process) -> Menu:
-    if len(numbers) > MOST_BRANCHES:
-        raise Retreat
-    return (tuple([(number, then) for number in sorted(numbers)]),)
-
-
-def _same(numbers: list[int], then: Process) -> Process:
-    return Prefix(_same_group(numbers, then)[0])
-
-
-class NoMenu(Exception):
-    """This process does more than to offer events, or nobody knows before its term is made."""
-
-
-def _whole(process: Process) -> Menu:
-    """The menu of a process."""
-    if type(process) is Prefix:
-        return (process.branches,)
-    if type(process) is Reference:
-        found = process.menu()
-        if found is not None:
-            return found
-    raise NoMenu
-
-
-def _groups(operand: Process) -> Menu:
-    """What an operand adds to the menu of a choice: a choice that has a name stays one by itself."""
-    if operand is STOP:
-        return ()
-    found = _whole(operand)
-    return found if len(found) == 1 else (found,)
-
-
-def _joined(menus: list[Menu]) -> Menu:
-    return tuple([group for menu in menus for group in menu])
-
-
-def _is_one_field(value: Any) -> bool:
-    """Whether a value is one field whatever stands around it."""
-    return type(value) in (int, str, Boolean) or (type(value) is Dotted and value.complete)
-
-
-def _listing(found: Any) -> list[Any]:
-    """What a generator ranges over."""
-    if isinstance(found, Set):
-        return found.elements()
-    if type(found) is Sequence:
-        return found.items()
-    raise Retreat
-
-
-def _members(found: Any) -> list[Any]:
-    """The values of an input with a set of its own."""
-    if type(found) is FiniteSet or (isinstance(found, Set) and found.is_finite()):
-        return found.elements()
-    raise Retreat
-
-
-def _building(head: Head) -> Callable[[Env], Any]:
-    """What makes the complete value of a constructor with these fields."""
-
-    def build(fields: Env) -> Any:
-        value = reduce(dot, fields, head.value)
-        if type(value) is not Dotted or not value.complete:
-            raise Retreat
-        return value
-
-    return build
-
-
-def _numbering(head: ChannelHead) -> Callable[[Env], int]:
-    """What finds the number of the event with these fields, and keeps it."""
-
-    def number(fields: Env) -> int:
-        event = reduce(dot, fields, head.value)
-        if type(event) is not Event:
-            raise Retreat
-        found: int = head.numbers.setdefault(fields, event.number)
-        return found
-
-    return number
-
-
-_OF_SETS: dict[str, Callable[..., Any]] = {"union": union, "diff": difference, "inter": intersection}
-_HELPERS: dict[str, Any] = {
-    "FiniteSet": FiniteSet,
-    "STOP": STOP,
-    "append": append,
-    "choice": external_choice,
-    "deep": deep,
-    "frozenset": frozenset,
-    "groups": _groups,
-    "joined": _joined,
-    "len": len,
-    "listing": _listing,
-    "members": _members,
-    "native": native,
-    "one": _one,
-    "same": _same,
-    "same_group": _same_group,
-    "several": _several,
-    "several_group": _several_group,
-    "whole": _whole,
-}
 
 
 def fused_process(evaluator: Evaluator, body: syntax.Expr, frame: Frame) -> ProcessCode:

@@ -18,8 +18,9 @@ from cspcheck.cspm.evaluator.patterns import Matcher, compile_pattern, is_variab
 from cspcheck.cspm.evaluator.sorts import Sort
 from cspcheck.cspm.interruption import Stopped
 from cspcheck.cspm.naming.symbols import Symbol
+from cspcheck.cspm.process.definitions import Definition
 from cspcheck.cspm.process.hash_consing import Entry
-from cspcheck.cspm.process.terms import Definition, Menu, Process, Reference
+from cspcheck.cspm.process.terms import Menu, Process, Reference
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.values import messages as messages

@@ -14,8 +14,9 @@ from cspcheck.cspm.evaluator.builtins_processes import prioritise
 from cspcheck.cspm.evaluator.frames import Timing
 from cspcheck.cspm.process import terms as process
 from cspcheck.cspm.process.construction import prefix
+from cspcheck.cspm.process.definitions import Definition
 from cspcheck.cspm.process.events import EventSet
-from cspcheck.cspm.process.terms import Definition, Process, Reference
+from cspcheck.cspm.process.terms import Process, Reference
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.values import messages as messages
 from cspcheck.cspm.values.dots import Event

@@ -11,13 +11,16 @@ a reference.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, TypeAlias
 
 from cspcheck.cspm.process.events import EventSet
 from cspcheck.cspm.process.hash_consing import HashConsed
 from cspcheck.cspm.source import Span
+
+if TYPE_CHECKING:
+    from cspcheck.cspm.process.definitions import Definition
 
 Operands: TypeAlias = "tuple[Process, ...]"
 Menu: TypeAlias = tuple[Any, ...]
@@ -552,49 +555,6 @@ class Reference(Process):
 
     def __repr__(self) -> str:
         return f"Reference({self.text})"
-
-
-class Definition:
-    """What a new reference needs beside its key; equal to every other so that only keys identify references."""
-
-    __slots__ = ("_evaluate", "_text", "span")
-
-    def __init__(self, text: str | Callable[[], str], span: Span | None, evaluate: Callable[[], Process]) -> None:
-        self._text = text
-        self.span = span
-        self._evaluate = evaluate
-
-    def evaluate(self) -> Process:
-        """The term that a reference of this definition stands for."""
-        return self._evaluate()
-
-    def menu(self) -> Menu | None:
-        """What the process offers, if that is known without its term."""
-        return None
-
-    @property
-    def text(self) -> str:
-        """How a person would write the reference; made when first asked for."""
-        text = self._text
-        if not isinstance(text, str):
-            text = self._text = text()
-        return text
-
-    @property
-    def name(self) -> str:
-        """What is called so whatever its state is: the text, where nothing else is said."""
-        return self.text
-
-    @property
-    def variables(self) -> Mapping[str, str]:
-        """The variables of the state that the reference is, with their values as a person would write them."""
-        return {}
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Definition)
-
-    def __hash__(self) -> int:
-        return 0
 
 
 STOP = Stop()

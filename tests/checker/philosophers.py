@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from cspcheck.cspm.process.construction import prefix
+from cspcheck.cspm.process.definitions import Definition
 from cspcheck.cspm.process.events import EventSet
-from cspcheck.cspm.process.terms import AlphabetisedParallel, Definition, Prefix, Process, Reference
+from cspcheck.cspm.process.terms import AlphabetisedParallel, Prefix, Process, Reference
 
 STEPS = 6
 """Take left, take right, eat, put right, put left, think."""

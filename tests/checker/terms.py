@@ -17,6 +17,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
+from cspcheck.cspm.process.definitions import Definition
 from cspcheck.cspm.process.events import FIRST_EVENT, EventSet, EventTable
 from cspcheck.cspm.process.terms import (
     DIV,
@@ -28,7 +29,6 @@ from cspcheck.cspm.process.terms import (
     BufferKind,
     Chaos,
     Compressed,
-    Definition,
     Diverge,
     ExternalChoice,
     Hide,

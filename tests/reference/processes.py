@@ -18,6 +18,7 @@ from itertools import count
 from hypothesis import strategies as st
 
 from cspcheck.cspm.process.construction import prefix
+from cspcheck.cspm.process.definitions import Definition
 from cspcheck.cspm.process.events import EventSet, EventTable
 from cspcheck.cspm.process.terms import (
     DIV,
@@ -27,7 +28,6 @@ from cspcheck.cspm.process.terms import (
     Buffer,
     Chaos,
     Compressed,
-    Definition,
     ExternalChoice,
     Hide,
     InternalChoice,

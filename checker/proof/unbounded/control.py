@@ -17,8 +17,9 @@ from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.typing.equations import defined_name, names_in
 from cspcheck.cspm.process import terms as process
 from cspcheck.cspm.process.construction import external_choice, prefix
+from cspcheck.cspm.process.definitions import Definition
 from cspcheck.cspm.process.events import TAU, TICK, EventSet
-from cspcheck.cspm.process.terms import Definition, Process, Reference
+from cspcheck.cspm.process.terms import Process, Reference
 from cspcheck.cspm.syntax import tree as syntax
 
 MOST_STATES = 200

@@ -32,12 +32,12 @@ from cspcheck.cspm.oz.values.readings import written
 from cspcheck.cspm.oz.values.solving import SolutionPlan, SoughtVariable, solver
 from cspcheck.cspm.oz.values.terms import conjuncts, free_variables, mapped, shape
 from cspcheck.cspm.oz.values.values import show, show_assignment
+from cspcheck.cspm.process.definitions import Definition
 from cspcheck.cspm.process.terms import (
     DIV,
     SKIP,
     STOP,
     Beyond,
-    Definition,
     ExternalChoice,
     InternalChoice,
     Prefix,

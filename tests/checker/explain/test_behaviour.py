@@ -17,8 +17,9 @@ from cspcheck.checker.packing.packed import PackedNetwork, pack
 from cspcheck.checker.search.exploration import explore
 from cspcheck.checker.search.paths import PathStep, shortest_path, tau_loop
 from cspcheck.checker.verdict import Counterexample, Limits
+from cspcheck.cspm.process.definitions import Definition
 from cspcheck.cspm.process.events import TAU, EventSet, EventTable, FieldDomain
-from cspcheck.cspm.process.terms import DIV, SKIP, STOP, Definition, Prefix, Process, Reference
+from cspcheck.cspm.process.terms import DIV, SKIP, STOP, Prefix, Process, Reference
 from cspcheck.cspm.source import Source
 from tests.checker import explicit
 from tests.checker.terms import compositions, processes, reference

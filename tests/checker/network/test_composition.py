@@ -12,13 +12,13 @@ from cspcheck.checker.network.network import Network, Rule
 from cspcheck.checker.semantics.transitions import LimitReached, explore
 from cspcheck.checker.verdict import Limits
 from cspcheck.cspm.process.construction import prefix
+from cspcheck.cspm.process.definitions import Definition
 from cspcheck.cspm.process.events import TAU, TICK, EventSet
 from cspcheck.cspm.process.terms import (
     SKIP,
     STOP,
     AlphabetisedParallel,
     Compressed,
-    Definition,
     ExternalChoice,
     Hide,
     LinkedParallel,

@@ -10,11 +10,11 @@ from cspcheck.checker.semantics.transitions import LimitReached
 from cspcheck.checker.verdict import Limits
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
 from cspcheck.cspm.process.construction import prefix
+from cspcheck.cspm.process.definitions import Definition
 from cspcheck.cspm.process.events import EventSet
 from cspcheck.cspm.process.terms import (
     SKIP,
     STOP,
-    Definition,
     ExternalChoice,
     Hide,
     Parallel,

@@ -17,7 +17,8 @@ from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.process import terms as process
 from cspcheck.cspm.process.construction import external_choice, prefix
-from cspcheck.cspm.process.terms import Definition, Process, Reference
+from cspcheck.cspm.process.definitions import Definition
+from cspcheck.cspm.process.terms import Process, Reference
 from cspcheck.cspm.script import Script
 from tests.cspm.oz.asking import outcome, script
 from tests.cspm.oz.naive import interpret
