@@ -248,6 +248,7 @@ TERMINATION_COUNTS = "a process that has terminated counts as deadlocked, as in 
 DIVERGENCE_COUNTS = "a process that diverges is not deterministic here; FDR4 does not look at divergence"
 
 
+BY_STEPS = "told by a run of the fewest steps, internal ones counted: another may have fewer events"
 BY_PARTIAL_ORDER = "searched by partial order: the states are those that were looked at, not all that there are"
 UNORDERED_KIND = "such an assertion needs every state"
 UNORDERED_FULL = "the whole space is asked for"

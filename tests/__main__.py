@@ -74,7 +74,10 @@ def nightly(arguments: list[str]) -> int:
 
 def _carried_out(command: list[str], environment: dict[str, str]) -> int:
     """Run a command; its exit status. Whoever ends this program ends the command, which says what it knows by then."""
+    # A program that was started in the background ignores Ctrl-C, and what it starts would, too.
+    interrupted = signal.signal(signal.SIGINT, signal.default_int_handler)
     with subprocess.Popen(command, cwd=ROOT, env=environment) as running:
+        signal.signal(signal.SIGINT, interrupted)
         before = signal.signal(signal.SIGTERM, lambda *_: running.send_signal(signal.SIGINT))
         try:
             while True:

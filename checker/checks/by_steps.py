@@ -21,6 +21,8 @@ from cspcheck.checker.search.paths import PathStep
 from cspcheck.checker.specification.normal_form import NormalForm
 from cspcheck.cspm.process.events import TAU
 
+BEFORE_STEPS = 500_000
+"""Only where taus lead to more pairs than this before the first event are steps counted in the place of events."""
 BY_STEPS = 1_000_000
 """So many pairs are looked at."""
 

@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 
 from cspcheck.checker.budget import Incomplete
-from cspcheck.checker.checks.by_steps import pairs_by_steps, with_taus
+from cspcheck.checker.checks.by_steps import BEFORE_STEPS, pairs_by_steps, with_taus
 from cspcheck.checker.checks.context import Context, reached
 from cspcheck.checker.checks.reducing import Reduced, as_they_are, model_for, reduced
 from cspcheck.checker.checks.store import FIRST_LOOK, Specification
@@ -27,7 +27,7 @@ from cspcheck.checker.search.paths import PathStep, shortest_path
 from cspcheck.checker.semantics.steps import Row
 from cspcheck.checker.semantics.transitions import offer
 from cspcheck.checker.specification.normal_form import NormalForm, NormalModel
-from cspcheck.checker.verdict import Counterexample, Outcome, Verdict
+from cspcheck.checker.verdict import BY_STEPS, Counterexample, Outcome, Verdict
 from cspcheck.cspm.process.events import TICK
 from cspcheck.cspm.process.terms import Process
 
@@ -71,7 +71,7 @@ def _refines(
             outcome = _reduced(context, specification, normal_form, model, implementation)
             if outcome is None and pairs.depth < 0:
                 # Taus lead to more states than that before the first event.
-                outcome = _by_steps(context, specification, normal_form, implementation)
+                outcome = _by_steps(context, specification, normal_form, model, implementation)
             if outcome is not None:
                 return outcome
             pairs = None
@@ -121,11 +121,19 @@ def _reduced(
 
 
 def _by_steps(
-    context: Context, specification: Process, normal_form: Specification, implementation: Process
+    context: Context, specification: Process, normal_form: Specification, model: NormalModel, implementation: Process
 ) -> Outcome | None:
-    """The outcome for an event that is not allowed and only a few steps away; None where there is no such thing."""
+    """The outcome for an event that is not allowed and only a few steps away; None where there is no such thing.
+
+    It is not looked for where a search by events comes to the first one in time: that tells the shortest run.
+    """
     packed = context.machines.packed(implementation, context.budget)
     if not isinstance(normal_form, NormalForm) or packed.network.is_compressed:
+        return None
+    begun = context.machines.pairs(
+        normal_form, implementation, model, context.budget.narrowed(BEFORE_STEPS), full=False
+    )
+    if begun.complete or begun.violation_level is not None or begun.depth >= 0:
         return None
     pairs = pairs_by_steps(context.machines, normal_form, packed, context.budget)
     if pairs.violation_level is None:
@@ -136,7 +144,7 @@ def _by_steps(
     counts = int(pairs.levels[-1]), pairs.transitions
     context.failed(*counts, _begun(context, normal_form, node, implementation, found))
     counterexample = _explained(context, specification, normal_form, node, implementation, found)
-    return context.budget.outcome(Verdict.FAIL, None, *counts, counterexample)
+    return replace(context.budget.outcome(Verdict.FAIL, None, *counts, counterexample), remarks=(BY_STEPS,))
 
 
 @dataclass(frozen=True, slots=True)

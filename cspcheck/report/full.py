@@ -111,7 +111,7 @@ def _below(result: Result, style: Style, verbosity: int) -> list[str]:
     A result about classes says first under what it holds.
     """
     condition = [style.paint(line, "dim") for line in condition_lines(result, style.width - 2)]
-    remarks = [line for remark in result.remarks for line in wrapped(f"note: {harmless(remark)}", style.width - 2)]
+    remarks = [line for remark in remarks_of(result) for line in wrapped(f"note: {harmless(remark)}", style.width - 2)]
     if result.coverage is not None:
         remarks += coverage_lines(result.coverage, style)
     if result.verdict is Verdict.PASS and result.as_expected and verbosity <= 0:
@@ -134,16 +134,22 @@ def replay_lines(result: Result, style: Style) -> list[str]:
 
 
 def condition_lines(result: Result, width: int = 10_000) -> list[str]:
-    """Under what finite readings, or in which view, a result about classes holds; for which sizes of types."""
+    """Under what finite readings, or in which view, a result about classes holds; for which sizes it passes."""
     lines = []
     if result.control:
         lines.append("in the control view: data dropped")
     if result.readings:
         lines.append(harmless(f"reading {'; '.join(result.readings)}"))
-    for size in result.every_size:
-        if size.tells or result.verdict is Verdict.PASS:
+    if result.verdict is Verdict.PASS:
+        for size in result.every_size:
             lines += wrapped(harmless(every_size(size)), width, rest="  ")
     return lines
+
+
+def remarks_of(result: Result) -> list[str]:
+    """What is worth knowing behind the explanation; of a failure also that it is there for every size of a type."""
+    sizes = () if result.verdict is Verdict.PASS else result.every_size
+    return [*result.remarks, *(every_size(size) for size in sizes if size.tells)]
 
 
 def every_size(size: EverySize) -> str:

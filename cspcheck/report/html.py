@@ -10,7 +10,7 @@ from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.quantities import count, show_seconds
 from cspcheck.report.diagnostics import render_diagnostic
 from cspcheck.report.explanation import explanation
-from cspcheck.report.full import condition_lines, summary_line
+from cspcheck.report.full import condition_lines, remarks_of, summary_line
 from cspcheck.report.sentences import sentence
 from cspcheck.report.style import PLAIN, harmless, harmless_lines
 from cspcheck.result import Result, Summary
@@ -135,7 +135,7 @@ def _told(result: Result) -> str:
     conditions = "; ".join(condition_lines(result))
     if conditions:
         text += f"<br><small>{escape(conditions)}</small>"
-    for remark in result.remarks:
+    for remark in remarks_of(result):
         text += f"<br><small>note: {escape(harmless(remark))}</small>"
     inside = "".join(_figures(result))
     lines = explanation(result, PLAIN, "whole")

@@ -8,7 +8,7 @@ from unittest.mock import patch
 from hypothesis import given, settings, strategies as st
 
 from cspcheck.checker.checks import refinement
-from cspcheck.checker.verdict import Verdict
+from cspcheck.checker.verdict import BY_STEPS, Verdict
 from cspcheck.cspm.process.terms import STOP, Process
 from tests.checker import explicit
 from tests.checker.terms import compositions, processes, reference
@@ -21,7 +21,8 @@ terms = st.one_of(processes(size=6), compositions(size=4, components=2))
 @settings(deadline=None, max_examples=examples(100))
 @given(terms, st.sampled_from(("T", "F", "FD")), terms)
 def test_what_is_found_is_a_violation_and_nothing_is_missed(spec: Process, model: str, impl: Process) -> None:
-    with patch.object(refinement, "FIRST_LOOK", 1), patch.object(refinement, "_reduced", lambda *_: None):
+    little = patch.multiple(refinement, FIRST_LOOK=1, BEFORE_STEPS=1, _reduced=lambda *_: None)
+    with little:
         outcome = checker().check_refinement(spec, model, impl)
     expected = explicit.refinement_violation(rows_of(spec), rows_of(impl), model)
     assert outcome.verdict is (Verdict.PASS if expected is None else Verdict.FAIL)
@@ -56,3 +57,4 @@ def test_behind_internal_steps_without_number() -> None:
     assert outcome.counterexample is not None
     assert identifiers(outcome.counterexample.trace) == (a,)
     assert outcome.states < 10_000
+    assert outcome.remarks == (BY_STEPS,)
