@@ -294,9 +294,9 @@ end
 
 def test_recursive_free_types() -> None:
     assert {f.status for f in findings(TREES)} == {"proved"}
-    assert wrong(TREES.replace("node(t, n?, leaf)", "node(t, n? - 1, leaf)")) == [
-        "applied in domain grow `node((t, n? - 1, leaf))`"
-    ]
+    # What the wrong tree may be afterwards is a question that the solver works at for half a minute.
+    asked = findings(TREES.replace("node(t, n?, leaf)", "node(t, n? - 1, leaf)"), "applied in domain")
+    assert [(f.operation, f.status) for f in asked] == [("grow", "refuted"), ("top", "proved")]
 
 
 def test_the_least_element_of_a_set() -> None:
