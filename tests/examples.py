@@ -8,7 +8,7 @@ import os
 USUAL = 40
 """The number of examples of a property that does not set its own, where the numbers are those that the tests name."""
 
-ASKED = int(os.environ.get("CSPCHECK_EXAMPLES", "20"))
+ASKED = int(os.environ.get("CSPCHECK_EXAMPLES", "16"))
 """The number of examples of such a property in this run."""
 
 ANEW = "CSPCHECK_EXAMPLES" in os.environ
