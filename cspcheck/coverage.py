@@ -187,8 +187,7 @@ class _Walk:
 
     def _is_taken(self, node: syntax.Expr) -> bool:
         """Whether a branch is taken; one that is no process counts as taken."""
-        while isinstance(node, syntax.Paren):
-            node = node.inner
+        node = syntax.bare(node)
         if id(node) in self._evaluator.processes and id(node) not in self._evaluator.evaluated:
             self._tell("branch", node, "is never taken")
             return False
@@ -202,7 +201,9 @@ class _Walk:
             bodies = [clause.body for clause in declaration.clauses]
         else:
             bodies = [declaration.body]
-        if any(id(_bare(body)) in self._evaluator.compiled or id(body) in self._evaluator.compiled for body in bodies):
+        if any(
+            id(syntax.bare(body)) in self._evaluator.compiled or id(body) in self._evaluator.compiled for body in bodies
+        ):
             return [declaration]
         if any(isinstance(inner, syntax.Prefix) for body in bodies for inner in _inside(body)):
             self._seen.add(id(declaration))
@@ -270,12 +271,6 @@ def _declaration(symbol: Symbol | None) -> syntax.FunctionDefinition | syntax.Pa
         return None
     declaration = symbol.base.declaration
     return declaration if isinstance(declaration, syntax.FunctionDefinition | syntax.PatternDefinition) else None
-
-
-def _bare(node: syntax.Expr) -> syntax.Expr:
-    while isinstance(node, syntax.Paren):
-        node = node.inner
-    return node
 
 
 def _inside(node: syntax.Node) -> Iterator[syntax.Node]:

@@ -312,8 +312,7 @@ def _fewer(node: Any, field: str, kind: Kind, what: str) -> Iterator[tuple[Chang
     if written is None:
         return
     events = written
-    while isinstance(events, syntax.Paren):
-        events = events.inner
+    events = syntax.bare(events)
     if isinstance(events, syntax.SetExpr | syntax.Productions) and events.statements is None and events.items:
         for i, item in enumerate(events.items):
             smaller = replace(events, items=(*events.items[:i], *events.items[i + 1 :]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cspcheck.checker.arrays import BoolArray, Int64Array
+from cspcheck.checker.arrays import BoolArray, Int64Array, distinct
 from cspcheck.checker.budget import Budget, Incomplete
 from cspcheck.checker.checks.context import CHUNK
 from cspcheck.checker.kernels.jit import kernels_for
@@ -37,11 +37,11 @@ def chosen_part(packed: PackedNetwork, budget: Budget, deepest: int | None = Non
     while len(here) and (deepest is None or depth <= deepest):
         by_taus, by_events = choosing.look_at(here)
         if deepest is None:
-            by_events = np.union1d(by_taus, by_events)
+            by_events = distinct(np.concatenate([by_taus, by_events]))
         else:
             while len(by_taus):
                 by_taus, more = choosing.look_at(by_taus)
-                by_events = np.union1d(by_events, more)
+                by_events = distinct(np.concatenate([by_events, more]))
         here = choosing.not_looked_at(by_events)
         depth += 1
     return choosing.machine()
@@ -69,7 +69,7 @@ class _Choosing:
 
     def not_looked_at(self, states: Int64Array) -> Int64Array:
         """Those of some states that nobody has looked at, each once."""
-        states = np.unique(states)
+        states = distinct(states)
         return states[~self._done[states]]
 
     def machine(self) -> tuple[Lts, BoolArray]:

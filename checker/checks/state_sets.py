@@ -15,7 +15,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from cspcheck.checker.arrays import BoolArray, Int64Array, UInt64Array
+from cspcheck.checker.arrays import BoolArray, Int64Array, UInt64Array, distinct
 from cspcheck.checker.budget import Budget, Incomplete
 from cspcheck.checker.checks.context import CHUNK
 from cspcheck.checker.kernels.jit import kernels_for
@@ -96,7 +96,7 @@ class StateSets:
             sources = _sources(found)
             visible = found.events != TAU
             labels = np.searchsorted(self._packed.events, found.events)
-            possible.append(np.unique(own[sources[visible]] * events + labels[visible]))
+            possible.append(distinct(own[sources[visible]] * events + labels[visible]))
             fresh = visible.copy()
             fresh[1:] &= (sources[1:] != sources[:-1]) | (labels[1:] != labels[:-1])
             offers = np.bincount(sources[fresh], minlength=len(own))
@@ -104,7 +104,7 @@ class StateSets:
             settled = ticking | ~unstable
             accepting.append(own[settled])
             accepted.append(np.where(ticking, 1, offers)[settled])
-        offered = np.bincount(np.unique(np.concatenate(possible)) // events, minlength=sets)
+        offered = np.bincount(distinct(np.concatenate(possible)) // events, minlength=sets)
         less = np.concatenate(accepted) < offered[np.concatenate(accepting)]
         found_in = np.zeros(sets, dtype=np.bool_)
         found_in[np.concatenate(accepting)[less]] = True

@@ -114,8 +114,7 @@ def _ranges(script: Script) -> Iterator[_TypeReading]:
         if symbol not in carried or not isinstance(declaration, s.NametypeDeclaration | s.PatternDefinition):
             continue
         body = declaration.body
-        while isinstance(body, s.Paren):
-            body = body.inner
+        body = s.bare(body)
         if not isinstance(body, s.SetRange | s.SetExpr) or body.statements is not None:
             continue
         try:

@@ -315,8 +315,7 @@ class ProcessReader:
         waiting = [] if declaration.fields is None else [declaration.fields]
         while waiting:
             part = waiting.pop()
-            while isinstance(part, s.Paren):
-                part = part.inner
+            part = s.bare(part)
             if isinstance(part, s.Dot):
                 waiting += [part.left, part.right]
             elif isinstance(part, CarrierSet) or not self.script.is_every(part):
@@ -420,8 +419,7 @@ class ProcessReader:
 
     def called(self, node: s.Expr) -> Symbol | None:
         """The definition, or the built-in process, that a process is an instance of."""
-        while isinstance(node, s.Paren):
-            node = node.inner
+        node = s.bare(node)
         if isinstance(node, s.Apply):
             return self.called(node.function)
         symbol = self.names.find(node) if isinstance(node, s.Name) else None
@@ -523,8 +521,7 @@ class ProcessReader:
             if before & inner:
                 come |= after
             plain = old
-            while isinstance(plain, s.Paren):
-                plain = plain.inner
+            plain = s.bare(plain)
             if isinstance(plain, s.Name) and node.statements is None:
                 gone |= before
         return frozenset((inner - gone) | come)
@@ -571,8 +568,7 @@ def _mentions_value(script: ScriptReader, node: s.Expr) -> bool:
     stack: list[s.Expr] = [node]
     while stack:
         part = stack.pop()
-        while isinstance(part, s.Paren):
-            part = part.inner
+        part = s.bare(part)
         if isinstance(part, s.Dot):
             stack += [part.left, part.right]
             continue

@@ -19,7 +19,7 @@ from typing import Literal
 
 import numpy as np
 
-from cspcheck.checker.arrays import BoolArray, Int64Array, UInt8Array
+from cspcheck.checker.arrays import BoolArray, Int64Array, UInt8Array, distinct
 from cspcheck.checker.kernels.arrays import StubbornTables
 from cspcheck.checker.network.network import Network
 from cspcheck.checker.packing.instances import LocalTransitions, RuleGroup, group_rules
@@ -133,7 +133,7 @@ def _tables(
                 key = slot, int(group.starts[row, i]), int(group.ends[row, i])
                 found = known.get(key)
                 if found is None:
-                    states = np.unique(local[slot].sources[key[1] : key[2]])
+                    states = distinct(local[slot].sources[key[1] : key[2]])
                     flags = np.zeros(sizes[slot], dtype=np.uint8)
                     flags[states] = 1
                     ready.append(flags)

@@ -142,8 +142,7 @@ class _Part:
 
     def _prefix(self, prefix: syntax.Prefix) -> WaitingState:
         channel = prefix.channel
-        while isinstance(channel, syntax.Paren):
-            channel = channel.inner
+        channel = syntax.bare(channel)
         if isinstance(channel, syntax.Name) and len(channel.parts) == 1 and channel.parts[0] in self._model.channels:
             exact = all(field.kind == "?" and field.restriction is None and _open(field) for field in prefix.fields)
             return WaitingState(frozenset([channel.parts[0]]), exact)

@@ -20,7 +20,6 @@ from cspcheck.codegen.design.pieces import (
     StateMethod,
     TextLines,
     alternative,
-    bare,
     both,
     is_simple,
     mentioned,
@@ -80,7 +79,7 @@ class Choices:
         self, node: syntax.Expr, guard: str | None, depth: int, restrictions: dict[Symbol, syntax.Expr] | None = None
     ) -> Iterator[ChoiceBranch]:
         """The alternatives of an external choice; variables that they need before it are assigned."""
-        node = bare(node)
+        node = syntax.bare(node)
         if depth > DEEPEST:
             raise self.expressions.refused(node, "a choice that names itself before any event")
         match node:
@@ -144,11 +143,11 @@ class Choices:
             if not isinstance(statement, syntax.Generator) or not isinstance(pattern, syntax.NamePattern):
                 raise self.expressions.refused(statement, "a replicated choice with conditions or patterns")
             restrictions[self.names.symbol(pattern)] = statement.source
-        body = bare(node.body)
+        body = syntax.bare(node.body)
         if not isinstance(body, syntax.Prefix):
             raise self.expressions.refused(node, "a replicated choice whose body is no prefix")
-        fields = [bare(part) for part in flattened(bare(body.channel))[1:]]
-        fields += [bare(f.expression) for f in body.fields if f.expression is not None]
+        fields = [syntax.bare(part) for part in flattened(syntax.bare(body.channel))[1:]]
+        fields += [syntax.bare(f.expression) for f in body.fields if f.expression is not None]
         mentioned = [self.names.symbol(f) for f in fields if isinstance(f, syntax.Name)]
         for symbol in restrictions:
             if mentioned.count(symbol) != 1:
@@ -236,8 +235,8 @@ class Choices:
     def _event(self, branch: ChoiceBranch) -> OfferedEvent:
         """The offer of a prefix, and what becomes of the values that come with it."""
         prefix = branch.prefix
-        head, *outputs = flattened(bare(prefix.channel))
-        head = bare(head)
+        head, *outputs = flattened(syntax.bare(prefix.channel))
+        head = syntax.bare(head)
         if not isinstance(head, syntax.Name) or self.names.symbol(head).kind is not SymbolKind.CHANNEL:
             raise self.expressions.refused(head, f"`{head.span.text}`, which is no channel by its name")
         channel = self.channel_name(self.names.symbol(head))
@@ -259,7 +258,7 @@ class Choices:
                 if one.kind == "$":
                     raise self.expressions.refused(one, "a `$` field, an internal choice of the value")
                 if one.expression is not None:
-                    for part in flattened(bare(one.expression)):
+                    for part in flattened(syntax.bare(one.expression)):
                         self._output(part, branch, fields, targets, bind)
                 else:
                     assert one.pattern is not None
@@ -289,7 +288,7 @@ class Choices:
         targets: list[str],
         bind: Callable[[Symbol], str],
     ) -> None:
-        name = bare(part)
+        name = syntax.bare(part)
         if isinstance(name, syntax.Name):
             symbol = self.names.symbol(name)
             if symbol in branch.restrictions:
@@ -362,7 +361,7 @@ class Choices:
 
     def _called(self, node: syntax.Name | syntax.Apply) -> tuple[Symbol, tuple[syntax.Expr, ...]]:
         """The definition that a process names, with its arguments."""
-        function = bare(node.function) if isinstance(node, syntax.Apply) else node
+        function = syntax.bare(node.function) if isinstance(node, syntax.Apply) else node
         if isinstance(function, syntax.Name):
             symbol = self.names.symbol(function)
             known = symbol.kind in (SymbolKind.VALUE, SymbolKind.FUNCTION) and not symbol.is_local

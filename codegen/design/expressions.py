@@ -215,8 +215,7 @@ class ExpressionTranslator:
 
     def _concatenated(self, node: syntax.Expr) -> list[str]:
         """The items of a concatenation: those of displays, and other sequences spread."""
-        while isinstance(node, syntax.Paren):
-            node = node.inner
+        node = syntax.bare(node)
         if isinstance(node, syntax.Binary) and node.operator == "^":
             return [*self._concatenated(node.left), *self._concatenated(node.right)]
         if isinstance(node, syntax.SequenceExpr) and node.statements is None:
@@ -243,8 +242,7 @@ class ExpressionTranslator:
 
     def negated(self, node: syntax.Expr) -> Code:
         """That something does not hold, as a person writes it."""
-        while isinstance(node, syntax.Paren):
-            node = node.inner
+        node = syntax.bare(node)
         match node:
             case syntax.Unary(operator="not"):
                 return self.code(node.operand)
@@ -311,8 +309,7 @@ class ExpressionTranslator:
 
     def _apply(self, node: syntax.Apply) -> Code:
         function = node.function
-        while isinstance(function, syntax.Paren):
-            function = function.inner
+        function = syntax.bare(function)
         if not isinstance(function, syntax.Name):
             raise self.refused(node)
         symbol = self.names.symbol(function)

@@ -158,13 +158,6 @@ def both(left: str | None, right: str) -> str:
     return f"({left}) and ({right})"
 
 
-def bare(node: syntax.Expr) -> syntax.Expr:
-    """An expression without brackets around it."""
-    while isinstance(node, syntax.Paren):
-        node = node.inner
-    return node
-
-
 def unwrapped(pattern: syntax.Pattern) -> syntax.Pattern:
     """A pattern without brackets around it."""
     while isinstance(pattern, syntax.ParenPattern):

@@ -290,8 +290,7 @@ class _Designer:
         while node is not None:
             left = node.left if isinstance(node, syntax.Dot) else node
             node = node.right if isinstance(node, syntax.Dot) else None
-            while isinstance(left, syntax.Paren):
-                left = left.inner
+            left = syntax.bare(left)
             if self.classes is not None and isinstance(left, CarrierSet):
                 found.append(self.classes.name_of(left.carriers[0]))
                 continue

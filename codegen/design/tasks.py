@@ -12,7 +12,7 @@ from cspcheck.codegen import messages
 from cspcheck.codegen.design.choices import Choices
 from cspcheck.codegen.design.expressions import constant
 from cspcheck.codegen.design.naming import snake, unique
-from cspcheck.codegen.design.pieces import NeedsStates, StateMethod, TextLines, bare, is_simple, unwrapped
+from cspcheck.codegen.design.pieces import NeedsStates, StateMethod, TextLines, is_simple, unwrapped
 from cspcheck.codegen.quoting import literal
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
@@ -162,7 +162,7 @@ class TaskTranslator(Choices):
     def _process(self, node: syntax.Expr, *, tail: bool) -> None:
         """The statements of a process. With *tail*, nothing comes after it; otherwise it ends where it would SKIP."""
         out = self._out
-        node = bare(node)
+        node = syntax.bare(node)
         match node:
             case syntax.Name() | syntax.Apply():
                 self._go_on(node, tail)
@@ -235,7 +235,7 @@ class TaskTranslator(Choices):
         ways: list[syntax.Expr] = []
         todo = [node]
         while todo:
-            one = bare(todo.pop(0))
+            one = syntax.bare(todo.pop(0))
             if isinstance(one, syntax.ProcessBinary) and one.operator == "|~|":
                 todo[:0] = [one.left, one.right]
             else:

@@ -14,7 +14,6 @@ from cspcheck.cspm.evaluator.core import (
     VALUES,
     Condition,
     Evaluator,
-    unwrap,
 )
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.evaluator.keys import native
@@ -36,22 +35,22 @@ from cspcheck.cspm.values.values import Function, deep
 
 @VALUES(syntax.Paren)
 def _paren(evaluator: Evaluator, node: syntax.Paren, frame: Frame) -> Code:
-    return evaluator.value(unwrap(node), frame)
+    return evaluator.value(syntax.bare(node), frame)
 
 
 @PROCESSES(syntax.Paren)
 def _process_paren(evaluator: Evaluator, node: syntax.Paren, frame: Frame) -> Code:
-    return evaluator.process(unwrap(node), frame)
+    return evaluator.process(syntax.bare(node), frame)
 
 
 @CONDITIONS(syntax.Paren)
 def _condition_paren(evaluator: Evaluator, node: syntax.Paren, frame: Frame) -> Condition:
-    return evaluator.condition(unwrap(node), frame)
+    return evaluator.condition(syntax.bare(node), frame)
 
 
 @DELAYED(syntax.Paren)
 def _delayed_paren(evaluator: Evaluator, node: syntax.Paren, frame: Frame) -> Code:
-    return evaluator.delayed(unwrap(node), frame)
+    return evaluator.delayed(syntax.bare(node), frame)
 
 
 # --- if ---------------------------------------------------------------------------------------------------
@@ -135,7 +134,7 @@ def _apply(evaluator: Evaluator, node: syntax.Apply, frame: Frame) -> Code:
 
 def known_function(evaluator: Evaluator, node: syntax.Apply, frame: Frame) -> Routine | Builtin | None:
     """The function that is applied, if the script names it: one of its own, or a built-in."""
-    name = unwrap(node.function)
+    name = syntax.bare(node.function)
     if not isinstance(name, syntax.Name):
         return None
     symbol = evaluator.names.symbol(name)

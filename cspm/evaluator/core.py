@@ -235,13 +235,6 @@ def truth(value: Any, span: Span) -> Boolean:
     raise Failure(messages.wrong_kind("a truth value", value, span))
 
 
-def unwrap(node: syntax.Expr) -> syntax.Expr:
-    """*node* without the parentheses around it."""
-    while isinstance(node, syntax.Paren):
-        node = node.inner
-    return node
-
-
 def partial(value: Any) -> bool:
     """Whether *value* is an incomplete dotted value."""
     return type(value) is Dotted and not value.complete

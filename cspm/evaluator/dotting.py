@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from cspcheck.cspm.evaluator.core import VALUES, Evaluator, unwrap
+from cspcheck.cspm.evaluator.core import VALUES, Evaluator
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.naming.symbols import SymbolKind
 from cspcheck.cspm.source import Span
@@ -20,7 +20,7 @@ def dot_parts(node: syntax.Expr) -> list[syntax.Expr]:
     found: list[syntax.Expr] = []
     stack = [node]
     while stack:
-        current = unwrap(stack.pop())
+        current = syntax.bare(stack.pop())
         if isinstance(current, syntax.Dot):
             stack += (current.right, current.left)
         else:

@@ -63,8 +63,7 @@ class ProcessFuser(Fuser):
 
     def process(self, node: syntax.Expr, place: FusedPlace, depth: int = 0) -> str:
         """Text for *node* as a process term."""
-        while isinstance(node, syntax.Paren):
-            node = node.inner
+        node = syntax.bare(node)
         if depth < DEEPEST:
             text: str | None = None
             match node:
@@ -123,8 +122,7 @@ class ProcessFuser(Fuser):
 
     def menu(self, node: syntax.Expr, place: FusedPlace, depth: int = 0, *, operand: bool = False) -> str:
         """Text for the menu of *node*; *operand*: for the groups of an operand of a choice, none for STOP."""
-        while isinstance(node, syntax.Paren):
-            node = node.inner
+        node = syntax.bare(node)
         if depth < DEEPEST:
             match node:
                 case syntax.Guard():
@@ -279,8 +277,7 @@ class ProcessFuser(Fuser):
         if not isinstance(kind, types.SetOf) or not self._is_plain_type(types.resolve(kind.element)):
             return None
         only = field.restriction
-        while isinstance(only, syntax.Paren):
-            only = only.inner
+        only = syntax.bare(only)
         if isinstance(only, syntax.SetExpr) and only.statements is None and len(only.items) == 1:
             text = self.value(only.items[0], place)
             if ":=" not in text:
@@ -314,8 +311,7 @@ class ProcessFuser(Fuser):
         """Text for the value of *node*: some forms more than in expressions."""
         from cspcheck.cspm.typing import types
 
-        while isinstance(node, syntax.Paren):
-            node = node.inner
+        node = syntax.bare(node)
         if depth < DEEPEST:
             match node:
                 case syntax.Unary(operator="#") if isinstance(self.type_of(node.operand), types.SequenceOf):
@@ -343,8 +339,7 @@ class ProcessFuser(Fuser):
 
     def delayed(self, node: syntax.Expr, place: FusedPlace, depth: int = 0) -> str:
         """Text for the value of *node* or a thunk of it."""
-        while isinstance(node, syntax.Paren):
-            node = node.inner
+        node = syntax.bare(node)
         if isinstance(node, syntax.Name) and self.evaluator.names.symbol(node) in place.frame.evaluated:
             return place.variable(place.frame.slots[self.evaluator.names.symbol(node)])
         return super().delayed(node, place, depth)
@@ -362,8 +357,7 @@ class ProcessFuser(Fuser):
 
     def _whole(self, node: syntax.Expr) -> Head | None:
         """The constructor whose complete value *node* certainly is, with dots between it and its plain fields."""
-        while isinstance(node, syntax.Paren):
-            node = node.inner
+        node = syntax.bare(node)
         if not isinstance(node, syntax.Dot):
             return None
         parts = dot_parts(node)

@@ -120,8 +120,7 @@ class Fuser:
         """The type of an expression, None if it is not known."""
         from cspcheck.cspm.typing import types
 
-        while isinstance(node, syntax.Paren):
-            node = node.inner
+        node = syntax.bare(node)
         assert self.evaluator.sorts.types is not None
         try:
             return types.resolve(self.evaluator.sorts.types.type_of(node))
@@ -138,8 +137,7 @@ class Fuser:
 
     def value(self, node: syntax.Expr, place: FusedPlace, depth: int = 0) -> str:
         """Text for the value of *node*."""
-        while isinstance(node, syntax.Paren):
-            node = node.inner
+        node = syntax.bare(node)
         if depth < DEEPEST:
             match node:
                 case syntax.LiteralExpr(kind="int") if abs(int(node.value)) < _LARGEST_LITERAL:
@@ -207,8 +205,7 @@ class Fuser:
 
     def test(self, node: syntax.Expr, place: FusedPlace, depth: int = 0) -> str:
         """Text for the truth of *node*."""
-        while isinstance(node, syntax.Paren):
-            node = node.inner
+        node = syntax.bare(node)
         if depth < DEEPEST:
             match node:
                 case syntax.LiteralExpr(kind="bool"):
@@ -244,8 +241,7 @@ class Fuser:
 
     def delayed(self, node: syntax.Expr, place: FusedPlace, depth: int = 0) -> str:
         """Text for the value of *node* or a thunk of it."""
-        while isinstance(node, syntax.Paren):
-            node = node.inner
+        node = syntax.bare(node)
         if isinstance(node, syntax.LiteralExpr) and node.kind == "int":
             return self.value(node, place, depth)
         if isinstance(node, syntax.Name):
@@ -267,8 +263,7 @@ class Fuser:
         stack = [node]
         while stack:
             current = stack.pop()
-            while isinstance(current, syntax.Paren):
-                current = current.inner
+            current = syntax.bare(current)
             match current:
                 case syntax.Binary() if current.operator in ("+", "-", "*") and self.is_int(current):
                     stack += (current.left, current.right)
@@ -361,8 +356,7 @@ class Fuser:
 
     def element(self, node: syntax.Expr, place: FusedPlace) -> str:
         """Text for the value of *node* evaluated through and through, as an element of a set."""
-        while isinstance(node, syntax.Paren):
-            node = node.inner
+        node = syntax.bare(node)
         if self.is_int(node):
             return self.value(node, place)
         if isinstance(node, syntax.TupleExpr) and all(self.is_int(item) for item in node.items):

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from cspcheck.cspm.evaluator.builtins_data import append, length
-from cspcheck.cspm.evaluator.core import CONDITIONS, DELAYED, VALUES, Condition, Evaluator, unwrap
+from cspcheck.cspm.evaluator.core import CONDITIONS, DELAYED, VALUES, Condition, Evaluator
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
@@ -78,7 +78,7 @@ def _refuse(left: Any, right: Any, node: syntax.Binary) -> Failure:
 
 def _number(node: syntax.Expr) -> int | None:
     """The number that *node* is literally."""
-    node = unwrap(node)
+    node = syntax.bare(node)
     if isinstance(node, syntax.LiteralExpr) and node.kind == "int":
         return int(node.value)
     return None
@@ -308,7 +308,7 @@ def _unary(evaluator: Evaluator, node: syntax.Unary, frame: Frame) -> Code:
 def _concatenation(evaluator: Evaluator, node: syntax.Binary, frame: Frame) -> Code:
     right = evaluator.delayed(node.right, frame)
     span = node.span
-    front = unwrap(node.left)
+    front = syntax.bare(node.left)
     if isinstance(front, syntax.SequenceExpr) and front.statements is None and len(front.items) == 1:
         item = evaluator.delayed(front.items[0], frame)
 
@@ -372,7 +372,7 @@ def _arithmetic_slots(evaluator: Evaluator, node: syntax.Expr, frame: Frame) -> 
     found: set[int] = set()
     stack = [node]
     while stack:
-        current = unwrap(stack.pop())
+        current = syntax.bare(stack.pop())
         if isinstance(current, syntax.Binary) and current.operator in ("+", "-", "*", "<", "<=", ">", ">=", "==", "!="):
             stack += (current.left, current.right)
         elif isinstance(current, syntax.Binary) and current.operator in ("/", "%") and _number(current.right):

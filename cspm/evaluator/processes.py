@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any
 
 from cspcheck.cspm.evaluator.comprehensions import collect_processes
-from cspcheck.cspm.evaluator.core import PROCESSES, VALUES, Evaluator, unwrap
+from cspcheck.cspm.evaluator.core import PROCESSES, VALUES, Evaluator
 from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.evaluator.timed import timed_stop, tocks
 from cspcheck.cspm.process import terms as process
@@ -42,7 +42,7 @@ def chain(node: syntax.ProcessBinary) -> list[syntax.Expr]:
     operands: list[syntax.Expr] = []
     stack: list[syntax.Expr] = [node]
     while stack:
-        current = unwrap(stack.pop())
+        current = syntax.bare(stack.pop())
         if isinstance(current, syntax.ProcessBinary) and current.operator == node.operator:
             stack += (current.right, current.left)
         else:

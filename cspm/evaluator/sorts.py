@@ -163,8 +163,7 @@ class Sorts:
         function: syntax.Expr = node
         groups = 0
         while True:
-            while isinstance(function, syntax.Paren):
-                function = function.inner
+            function = syntax.bare(function)
             if not isinstance(function, syntax.Apply):
                 break
             function = function.function

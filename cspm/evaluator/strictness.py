@@ -123,8 +123,7 @@ class Strictness:
 
     def _application(self, node: syntax.Apply, itself: Symbol, assumed: tuple[bool, ...]) -> frozenset[Symbol]:
         function = node.function
-        while isinstance(function, syntax.Paren):
-            function = function.inner
+        function = syntax.bare(function)
         if not isinstance(function, syntax.Name):
             return _NOTHING
         symbol = self.evaluator.names.find(function)

@@ -72,6 +72,13 @@ class Paren(Expr):
     inner: Expr
 
 
+def bare(node: Expr) -> Expr:
+    """An expression without brackets around it."""
+    while isinstance(node, Paren):
+        node = node.inner
+    return node
+
+
 @dataclass(frozen=True, kw_only=True)
 class TupleExpr(Expr):
     """``(a, b)``: at least two items."""

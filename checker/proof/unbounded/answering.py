@@ -324,8 +324,7 @@ def _alphabet(composition: Composition, components: Sequence[ClassComponent]) ->
 
 
 def _channels(node: syntax.Expr) -> frozenset[str]:
-    while isinstance(node, syntax.Paren):
-        node = node.inner
+    node = syntax.bare(node)
     if isinstance(node, syntax.Productions) and node.statements is None:
         names = [item for item in node.items if isinstance(item, syntax.Name)]
         if len(names) == len(node.items):

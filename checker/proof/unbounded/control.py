@@ -165,8 +165,7 @@ class _Equations:
 
     def _event(self, node: syntax.Prefix) -> int:
         channel = node.channel
-        while isinstance(channel, syntax.Paren):
-            channel = channel.inner
+        channel = syntax.bare(channel)
         if isinstance(channel, syntax.Name) and len(channel.parts) == 1 and channel.parts[0] in self._numbers:
             used = {name.parts[0] for name in names_in(node.body)}
             if all(self._ignored(field, used) for field in node.fields):
@@ -188,8 +187,7 @@ class _Equations:
         return False
 
     def _channels(self, node: syntax.Expr) -> EventSet:
-        while isinstance(node, syntax.Paren):
-            node = node.inner
+        node = syntax.bare(node)
         if isinstance(node, syntax.Productions) and node.statements is None:
             names = [item.parts for item in node.items if isinstance(item, syntax.Name)]
             if len(names) == len(node.items) and all(len(n) == 1 and n[0] in self._numbers for n in names):

@@ -98,8 +98,7 @@ class Alphabets:
 
     def _whole_channels(self, node: syntax.Expr) -> frozenset[Symbol]:
         """The channels of which a set of events certainly has all events: ``{| c, d |}``."""
-        while isinstance(node, syntax.Paren):
-            node = node.inner
+        node = syntax.bare(node)
         if not isinstance(node, syntax.Productions) or node.statements is not None:
             return frozenset()
         symbols = [self._names.find(item) for item in node.items if isinstance(item, syntax.Name)]
