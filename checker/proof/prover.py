@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import TypeVar
+from typing import ParamSpec, TypeVar
 
 from cspcheck.checker.proof.cases import cases
 from cspcheck.checker.proof.client import SolverClient
@@ -49,6 +49,7 @@ from cspcheck.cspm.oz.values.recursion import Recursion, recursions
 from cspcheck.cspm.oz.writing.core_text import text, written
 from cspcheck.cspm.source import Span
 
+_P = ParamSpec("_P")
 _T = TypeVar("_T")
 _GLANCE = {1: 1_000, 2: 4_000}
 _SEARCH = {1: 20_000, 2: 100_000, 3: 200_000}
@@ -119,10 +120,10 @@ class Prover:
             self._proofs.append(question)
         return answer
 
-    def _tried(self, way: Callable[[], _T]) -> _T:
+    def _tried(self, way: Callable[_P, _T], *args: _P.args, **named: _P.kwargs) -> _T:
         """What comes of a way to prove something; what it proved on the way is forgotten where it gets nowhere."""
         before = len(self._proofs)
-        found = way()
+        found = way(*args, **named)
         if not (found is True or isinstance(found, Impossible)):
             del self._proofs[before:]
         return found
@@ -142,22 +143,18 @@ class Prover:
             found = self._in_scopes(whole, variables, _GLANCE)
             if found is not None:
                 return found
-        if first and (self.help.using or self.help.induction) and self._tried(lambda: self._with_help(parts)):
+        if first and (self.help.using or self.help.induction) and self._tried(self._with_help, parts):
             return Impossible()
-        if first and (self.claims or is_beyond(whole)) and self._tried(lambda: self._with_what_there_is(parts, 1)):
+        if first and (self.claims or is_beyond(whole)) and self._tried(self._with_what_there_is, parts, 1):
             return Impossible()
         answer = self._solved(Question(whole, variables))
         if isinstance(answer, NotUpTo | Unanswered):
             found = self._in_scopes(whole, variables, _SEARCH)
             if found is not None:
                 return found
-            by_cases = self._tried(lambda: self._by_cases(whole, variables))
-            answer = by_cases or (self._tried(lambda: self._in_plain_words(whole)) if first else None) or answer
-        if (
-            first
-            and isinstance(answer, NotUpTo | Unanswered)
-            and self._tried(lambda: self._with_what_there_is(parts, 2))
-        ):
+            by_cases = self._tried(self._by_cases, whole, variables)
+            answer = by_cases or (self._tried(self._in_plain_words, whole) if first else None) or answer
+        if first and isinstance(answer, NotUpTo | Unanswered) and self._tried(self._with_what_there_is, parts, 2):
             return Impossible()
         return answer
 
@@ -248,7 +245,7 @@ class Prover:
         if on and on[0].role != "constant":
             total = tuple(self._total(whole))
             ways = schemes(total, on[0], self.specification.frees.values(), self.situation.axioms)
-            return any(self._tried(lambda: self._in_all(scheme, claims, depth)) for depth in (1, 2) for scheme in ways)
+            return any(self._tried(self._in_all, scheme, claims, depth) for depth in (1, 2) for scheme in ways)
         return bool(claims) and self._is_impossible(whole, claims)
 
     def _in_all(self, scheme: Scheme, claims: Sequence[Claim], depth: int) -> bool:

@@ -9,7 +9,6 @@ from typing import Any, TypeAlias
 from cspcheck.cspm.oz.core import Term, Variable
 from cspcheck.cspm.source import Span
 
-
 CLAIM = "claim"
 """What the part of a question is that contradicts what is to be proved."""
 

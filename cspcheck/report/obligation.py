@@ -46,8 +46,8 @@ def hypothesis_lines(hypotheses: Sequence[tuple[int | None, str, str]], style: S
     lines = ["What was needed:"]
     for shown, (number, text, what) in zip(numbers, hypotheses, strict=True):
         kind = "" if number is None else f"  {style.paint(harmless(what), 'dim')}"
-        row = f"  {style.paint(f'{shown:>{width}}', 'dim')}  {pad(harmless(text), min(texts, 48)) if kind else harmless(text)}"
-        lines.append(f"{row}{kind}")
+        said = pad(harmless(text), min(texts, 48)) if kind else harmless(text)
+        lines.append(f"  {style.paint(f'{shown:>{width}}', 'dim')}  {said}{kind}")
     return lines
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, settings
 
 from cspcheck.checker.proof.answer import without_times
 from cspcheck.checker.proof.finding import Finding
