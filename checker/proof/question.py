@@ -9,6 +9,9 @@ from typing import Any, TypeAlias
 from cspcheck.cspm.oz.core import Term, Variable
 from cspcheck.cspm.source import Span
 
+CLAIM = "claim"
+"""What the part of a question is that contradicts what is to be proved."""
+
 
 @dataclass(frozen=True, slots=True)
 class Constraint:
@@ -150,6 +153,7 @@ class SolverSettings:
         seed: of the solver.
         deadline: when to stop altogether, on the solver's clock; None: never.
         smtlib: takes the name and the text of every query; None where nobody wants them.
+        reasons: find out which lines each proof needed.
     """
 
     seconds: float = 10.0
@@ -158,6 +162,7 @@ class SolverSettings:
     seed: int = 1
     deadline: float | None = None
     smtlib: list[tuple[str, str]] | None = field(default=None)
+    reasons: bool = False
 
 
 @dataclass(slots=True)
@@ -165,7 +170,7 @@ class Request:
     """What the process of the solver is asked.
 
     Attributes:
-        verb: ``ask``, ``conflict``, ``core``, ``eliminate`` or ``solve``.
+        verb: ``ask``, ``conflict``, ``core``, ``needed``, ``eliminate`` or ``solve``.
         what: a question, parts, a term, or clauses.
         seconds, scopes, seed: see :class:`SolverSettings`.
         name, first_query: what queries are called when they are written out, and the number of the first.

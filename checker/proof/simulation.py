@@ -399,8 +399,10 @@ class Simulation:
 
     def _finding(self, rule: str, status: str, operation: Operation | None = None, **more: object) -> Finding:
         now = self.prover.clock()
-        seconds, self._start = now - self._start, now
+        seconds = now - self._start
         hypotheses, missing = self.prover.take_help()
+        used = self.prover.reasons()
+        self._start = self.prover.clock()
         more.setdefault("span", self.relation.span)
         name = operation.name if operation is not None else None
         return Finding(
@@ -411,6 +413,7 @@ class Simulation:
             seconds=seconds,
             hypotheses=hypotheses,
             missing=missing,
+            used=used if status == "proved" and "values" not in more else None,
             **more,  # type: ignore[arg-type]
         )
 
