@@ -18,6 +18,10 @@ from .channel import ANY, Channel, Group, Offer, OneOf, Values
 from .data import LARGEST
 
 
+Parts = tuple[tuple[str, int], ...]
+"""The tasks that perform an event, each with the position of its offer."""
+
+
 class Choice(NamedTuple):
     """The offer that was taken, by its position in the selection, and the values that came."""
 
@@ -26,65 +30,75 @@ class Choice(NamedTuple):
 
 
 class Commit(NamedTuple):
-    """A possible event: the tasks that perform it, each with the position of its offer, and the possible values.
+    """A possible event: the tasks that perform it in the order of their names, each with the position of its offer, and
+    the possible values.
 
     ``candidates`` has more than one entry only where no offer gives a value: then somebody has to choose.
     """
 
     channel: Channel
-    parts: tuple[tuple[str, int], ...]
+    parts: Parts
     candidates: Sequence[Values]
+    own: bool = False
+    """Whether it is a method of the only task, which gives the values when it has been called."""
 
 
 class NobodyDecides(Exception):
     """All offers take any value of a field, and its values cannot be listed."""
 
 
-class _Met(NamedTuple):
-    """The events in which two offers meet, each by its position in its selection."""
-
-    first: Offer
-    second: Offer
-    positions: tuple[int, int]
-    commits: Sequence[Commit]
-    """With the first task of the channel first."""
-    other_way: Sequence[Commit]
-    """With the second one first."""
+FIRST = (0,)
+"""Where the offer of a selection of one is."""
+NOBODY: Mapping[str, Sequence[int]] = {}
 
 
 class Board:
-    """What the waiting tasks offer. Not safe for concurrent use: the caller has the lock."""
+    """What the waiting tasks offer. Not safe for concurrent use: the caller has the lock.
 
-    def __init__(self) -> None:
+    Args:
+        keeps: whether the possible events are kept as tasks come and go, for :meth:`possible`; otherwise they are
+            only looked for with :meth:`commits_of`.
+    """
+
+    def __init__(self, *, keeps: bool = False) -> None:
         self.waiting: dict[str, Sequence[Offer | None]] = {}
-        self._plans: dict[str, tuple[Sequence[Offer | None], list[tuple[Channel, list[int]]]]] = {}
+        self._keeps = keeps
+        self._plans: dict[str, tuple[Sequence[Offer | None], list[tuple[Channel, Sequence[int]]]]] = {}
         """The last selection of each task, and where its offers are in it: most tasks make the same again and again."""
-        self._met: dict[Channel, _Met] = {}
-        """What was found on channels of two tasks: it holds whenever both make the same offers again."""
-        self._on: dict[Channel, dict[str, list[int]]] = {}
-        self._known: dict[Channel, list[Commit]] = {}
-        """The possible events of channels on which nothing has changed since they were looked for."""
+        self._on: dict[Channel, dict[str, Sequence[int]]] = {}
+        self._possible: dict[Parts, Commit] = {}
+        self._in: dict[str, set[Parts]] = {}
+        """For each task the possible events that it takes part in, and some that are possible no longer."""
+        self._later: dict[str, float] = {}
+        """For each task with offers that do not stand yet when the next of them does."""
 
-    def add(self, task: str, offers: Sequence[Offer | None]) -> None:
-        """A task waits for one of its *offers*; None among them stands for one whose guard is false."""
+    def add(self, task: str, offers: Sequence[Offer | None], now: float) -> None:
+        """A task waits from *now* on for one of its *offers*; None among them stands for one whose guard is false."""
         self.waiting[task] = offers
-        on, known = self._on, self._known
+        on = self._on
         for channel, positions in self._plan(task, offers):
-            known.pop(channel, None)
             if channel in on:
                 on[channel][task] = positions
             else:
                 on[channel] = {task: positions}
+        if self._keeps:
+            self._keep(task, offers, now)
 
     def remove(self, task: str) -> None:
         """A task waits no longer."""
-        on, known = self._on, self._known
+        on = self._on
         for channel, _ in self._plan(task, self.waiting.pop(task)):
-            known.pop(channel, None)
-            on[channel].pop(task, None)
+            del on[channel][task]
+        if self._keeps:
+            possible = self._possible
+            for parts in self._in.pop(task, ()):
+                possible.pop(parts, None)
+            self._later.pop(task, None)
 
-    def _plan(self, task: str, offers: Sequence[Offer | None]) -> list[tuple[Channel, list[int]]]:
+    def _plan(self, task: str, offers: Sequence[Offer | None]) -> Sequence[tuple[Channel, Sequence[int]]]:
         """The channels of a selection, each with the positions of its offers."""
+        if len(offers) == 1:
+            return () if offers[0] is None else ((offers[0].channel, FIRST),)
         last = self._plans.get(task)
         if last is not None and last[0] == offers:  # offers are the same if they are one object
             return last[1]
@@ -92,102 +106,69 @@ class Board:
         for i, offer in enumerate(offers):
             if offer is not None:
                 positions.setdefault(offer.channel, []).append(i)
-        found = list(positions.items())
+        found: list[tuple[Channel, Sequence[int]]] = list(positions.items())
         self._plans[task] = offers, found
         return found
 
-    def commits_of(self, task: str, now: float) -> list[Commit]:
-        """The events that are possible at time *now* with this task taking part, in the order of its offers."""
+    def commits_of(self, task: str, offers: Sequence[Offer | None], now: float) -> list[Commit]:
+        """The events that are possible at time *now* with *task* and one of its *offers*, in the order of its offers.
+
+        It need not have been added.
+        """
         found: list[Commit] = []
-        for i, offer in enumerate(self.waiting[task]):
+        waiting = self.waiting
+        for i, offer in enumerate(offers):
             if offer is None or (offer.after is not None and offer.after > now):
                 continue
             channel = offer.channel
-            on = self._on[channel]
-            if channel.two is not None and len(on) == 2 and task in channel.two:
-                found += self._between_two(channel, on, task, i, now)
-                continue
+            on = self._on.get(channel, NOBODY)
             for group, others in channel.partners[task]:
-                if all(other in on for other in others):
-                    found.extend(self._meetings(channel, group, task, i, others, now))
-        return found
-
-    def commits(self, now: float) -> list[Commit]:
-        """All events that are possible at time *now*."""
-        found: list[Commit] = []
-        for channel, on in self._on.items():
-            if channel.two is not None and len(on) == 2:
-                met = self._meeting_again(channel, on)
-                if met is not None:
-                    found += met.commits
+                if not others:
+                    candidates = agreed(channel, group, (offer,))
+                    if candidates:
+                        found.append(Commit(channel, ((task, i),), candidates, offer.body is not None))
                     continue
-            if on:
-                known = self._known.get(channel)
-                if known is None:
-                    known = self._on_channel(channel, on, now)
-                    if not self._awaited(channel, on, now):
-                        self._known[channel] = known
-                found += known
+                if offer.body is not None:
+                    continue  # it performs its events alone
+                if len(others) > 1:
+                    if all([other in on for other in others]):
+                        found += self._meetings(channel, group, (task, i), offer, others, now)
+                    continue
+                (other,) = others
+                for j in on.get(other, ()):
+                    theirs = waiting[other][j]
+                    assert theirs is not None
+                    if theirs.body is None and (theirs.after is None or theirs.after <= now):
+                        candidates = agreed(channel, group, (offer, theirs))
+                        if candidates:
+                            parts = ((task, i), (other, j)) if task < other else ((other, j), (task, i))
+                            found.append(Commit(channel, parts, candidates))
         return found
 
-    def _on_channel(self, channel: Channel, on: Mapping[str, Sequence[int]], now: float) -> list[Commit]:
-        """The possible events of one channel."""
-        found: list[Commit] = []
-        for group in channel.groups:
-            if all(task in on for task in group):
-                first, *others = sorted(group)
-                for i in on[first]:
-                    offer = self.waiting[first][i]
-                    assert offer is not None
-                    if offer.after is None or offer.after <= now:
-                        found.extend(self._meetings(channel, group, first, i, others, now))
-        return found
+    def possible(self, now: float) -> list[Commit]:
+        """All events that are possible at time *now*, those first that have been possible the longest."""
+        if self._later:
+            for task, when in list(self._later.items()):
+                if when <= now:
+                    self._keep(task, self.waiting[task], now)
+        return list(self._possible.values())
 
-    def _between_two(
-        self, channel: Channel, on: Mapping[str, Sequence[int]], task: str, index: int, now: float
-    ) -> Sequence[Commit]:
-        """The possible events of a channel of two tasks, both of which offer some, with one offer of one of them."""
-        assert channel.two is not None
-        met = self._meeting_again(channel, on)
-        first, second = channel.two
-        if met is not None:
-            return met.commits if task == first else met.other_way
-        return list(self._meetings(channel, channel.groups[0], task, index, (second if task == first else first,), now))
-
-    def _meeting_again(self, channel: Channel, on: Mapping[str, Sequence[int]]) -> _Met | None:
-        """The possible events of a channel of two tasks, if each has one offer on it and both stand always."""
-        assert channel.two is not None
-        first, second = channel.two
-        if first not in on or second not in on:
-            return None
-        ours, theirs = on[first], on[second]
-        if len(ours) != 1 or len(theirs) != 1:
-            return None
-        mine, other = self.waiting[first][ours[0]], self.waiting[second][theirs[0]]
-        assert mine is not None
-        assert other is not None
-        if mine.after is not None or other.after is not None:
-            return None
-        met = self._met.get(channel)
-        if met is not None and met.first is mine and met.second is other and met.positions == (ours[0], theirs[0]):
-            return met
-        if mine.accept is not None or mine.body is not None or other.accept is not None or other.body is not None:
-            return None
-        candidates = agreed(channel, channel.groups[0], (mine, other))
-        one, two = (first, ours[0]), (second, theirs[0])
-        commits = (Commit(channel, (one, two), candidates),) if candidates else ()
-        other_way = (Commit(channel, (two, one), candidates),) if candidates else ()
-        met = self._met[channel] = _Met(mine, other, (ours[0], theirs[0]), commits, other_way)
-        return met
-
-    def _awaited(self, channel: Channel, on: Mapping[str, Sequence[int]], now: float) -> bool:
-        """Whether an offer on a channel does not stand yet."""
-        for task, indices in on.items():
-            for i in indices:
-                offer = self.waiting[task][i]
-                if offer is not None and offer.after is not None and offer.after > now:
-                    return True
-        return False
+    def _keep(self, task: str, offers: Sequence[Offer | None], now: float) -> None:
+        """Look at what is possible now with a task that waits."""
+        possible, taking_part = self._possible, self._in
+        for commit in self.commits_of(task, offers, now):
+            parts = commit.parts
+            possible[parts] = commit
+            for name, _ in parts:
+                if name in taking_part:
+                    taking_part[name].add(parts)
+                else:
+                    taking_part[name] = {parts}
+        later = [o.after for o in offers if o is not None and o.after is not None and o.after > now]
+        if later:
+            self._later[task] = min(later)
+        else:
+            self._later.pop(task, None)
 
     def next_time(self, now: float) -> float | None:
         """When the next offer begins to stand that does not stand yet; None if there is none."""
@@ -201,26 +182,25 @@ class Board:
 
     def waits_on(self, task: str, channel: Channel) -> bool:
         """Whether *task* has an offer on *channel*, whatever its values."""
-        return task in self._on.get(channel, ())
+        return task in self._on.get(channel, NOBODY)
 
     def _meetings(
-        self, channel: Channel, group: Group, task: str, index: int, others: Sequence[str], now: float
+        self, channel: Channel, group: Group, part: tuple[str, int], mine: Offer, others: Sequence[str], now: float
     ) -> Iterator[Commit]:
-        """The possible events of one group in which *task* takes part with one of its offers."""
-        on, waiting = self._on[channel], self.waiting
-        mine = waiting[task][index]
-        assert mine is not None
+        """The possible events of one group in which a task takes part with one of its offers."""
+        on, waiting = self._on.get(channel, NOBODY), self.waiting
         for indices in product(*[on[other] for other in others]):
             offers = [mine]
             for other, i in zip(others, indices, strict=True):
                 offer = waiting[other][i]
                 assert offer is not None
                 offers.append(offer)
-            if any(offer.after is not None and offer.after > now for offer in offers):
+            if any(offer.body is not None or (offer.after is not None and offer.after > now) for offer in offers):
                 continue
             candidates = agreed(channel, group, offers)
             if candidates:
-                yield Commit(channel, ((task, index), *zip(others, indices, strict=True)), candidates)
+                parts = tuple(sorted((part, *zip(others, indices, strict=True))))
+                yield Commit(channel, parts, candidates)
 
 
 def agreed(channel: Channel, group: Group, offers: Sequence[Offer]) -> Sequence[Values]:
@@ -240,11 +220,25 @@ def agreed(channel: Channel, group: Group, offers: Sequence[Offer]) -> Sequence[
             return (fields,) if agreed(channel, group, (Offer(channel, fields, accept),)) else ()
         except NobodyDecides:
             return (fields,)
+    if len(offers) == 1 and offers[0].plain and offers[0].accept is None and channel.by_event is None:
+        return (offers[0].fields,)
     if len(offers) == 2 and offers[0].accept is None and offers[1].accept is None and channel.by_event is None:
-        # Nearly always one of two offers gives all values, and the other takes any.
-        for row, open_ in ((offers[0].fields, offers[1]), (offers[1].fields, offers[0])):
-            if open_ is channel.open and not any(field is ANY or type(field) is OneOf for field in row):
-                return (row,)
+        # Nearly always one of two offers gives the value of each field, and the other takes any or gives the same.
+        one, two = offers
+        if two is channel.open and one.plain:
+            return (one.fields,)
+        if one is channel.open and two.plain:
+            return (two.fields,)
+        row: list[Any] = []
+        for mine, other in zip(one.fields, two.fields, strict=True):
+            value, wanted = (other, mine) if mine is ANY else (mine, other)
+            if value is ANY or type(value) is OneOf or type(wanted) is OneOf:
+                break
+            if wanted is not ANY and value != wanted:
+                return ()
+            row.append(value)
+        else:
+            return (tuple(row),)
     columns: list[Sequence[Any]] = []
     for i, declared in enumerate(channel.types):
         given: list[Any] = []
@@ -299,34 +293,34 @@ class Policy(Protocol):
 
 
 class Fair:
-    """The event of the most urgent task; among equals the one whose channel has been idle the longest.
+    """The event of the most urgent task; among equals the one that its tasks have performed least lately.
 
-    Values and internal choices are taken in turn. Nothing in it is random.
+    What two tasks do on two channels of one family, or with one another and with a third, are events of their own: none
+    of them starves. Values and internal choices are taken in turn. Nothing in it is random.
     """
 
     def __init__(self) -> None:
         self._turn = 0
-        self._used: dict[Channel, int] = {}
+        self._used: dict[Parts, int] = {}
         self._turns: dict[object, int] = {}
 
     def choose(self, commits: Sequence[Commit], priorities: dict[str, int]) -> Commit:
-        """By priority, then by how long ago the channel was used, then in the order given."""
+        """By priority, then by how long ago these tasks did it, then in the order given."""
         used = self._used
-        if len(commits) == 1:
-            best = commits[0]
-        else:
-            best, urgency, turn = commits[0], -(sys.maxsize), 0
+        best = commits[0]
+        if len(commits) > 1:
+            urgency, turn = -(sys.maxsize), 0
             for commit in commits:  # min() with a key takes three times as long
-                own = used.get(commit.channel, -1)
-                first, *others = commit.parts
-                urgent = priorities[first[0]]
-                for task, _ in others:
+                parts = commit.parts
+                own = used.get(parts, -1)
+                urgent = priorities[parts[0][0]]
+                for task, _ in parts:
                     if priorities[task] > urgent:
                         urgent = priorities[task]
                 if urgent > urgency or (urgent == urgency and own < turn):
                     best, urgency, turn = commit, urgent, own
         self._turn += 1
-        used[best.channel] = self._turn
+        used[best.parts] = self._turn
         return best
 
     def value(self, commit: Commit) -> Values:

@@ -105,10 +105,6 @@ class Channel:
         }
         self.partners.update((task, ()) for task in never if task not in self.partners)
         """For each task the groups that it is in, with the others in them."""
-        self.two: tuple[str, ...] | None = None
-        """The two tasks that perform all its events together, in order; None if it is not so."""
-        if len(self.groups) == 1 and len(self.groups[0]) == 2:
-            self.two = self.tasks
         self.open = Offer(self, (ANY,) * len(self.types))
         """What :meth:`get` gives: not to be changed."""
 
@@ -172,6 +168,10 @@ class Offer:
     accept: Callable[..., bool] | None = None
     body: Callable[..., Any] | None = None
     after: float | None = None
+    plain: bool = False
+    """Whether it is known that its fields are values, all of them."""
+    checked: str = ""
+    """The task for which it has been checked."""
 
     def check(self, task: str) -> None:
         """Make sure that the values among the fields are of the channel's types.
@@ -181,15 +181,19 @@ class Offer:
             WrongOffer: the task is no party of the channel, or the number of fields is wrong.
         """
         channel = self.channel
-        if self is channel.open and task in channel.partners:
-            return
         if task not in channel.partners:
             raise WrongOffer(f"{task} takes no part in {channel.name}, which joins {', '.join(channel.tasks)}")
         if len(self.fields) != len(channel.types):
             raise WrongOffer(f"{channel.name} has {len(channel.types)} fields, {task} offers {len(self.fields)}")
-        for i, (declared, field) in enumerate(zip(channel.types, self.fields, strict=True)):
-            if field is not ANY and not isinstance(field, OneOf):
+        plain = True
+        for i, declared in enumerate(channel.types):
+            field = self.fields[i]
+            if field is ANY or type(field) is OneOf:
+                plain = False
+            elif not declared.contains(field):
                 declared.check(field, task, channel.field_name(i))
+        self.plain = plain
+        self.checked = task
 
     def groups(self) -> frozenset[Group] | None:
         """The groups that can perform the event, if the offer is of one event of a channel that lists them."""

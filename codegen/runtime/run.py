@@ -20,7 +20,7 @@ from typing import Protocol
 from .alternation import Board, Choice, Commit, Policy, agreed
 from .channel import ANY, Offer, OneOf, Values, WrongOffer
 from .clock import Clock, MonotonicClock
-from .recorder import Record, Recorder
+from .recorder import Nothing, Record, Recorder
 from .task import Stopped, Task
 from .waiting import deadlock
 
@@ -83,7 +83,10 @@ class Run:
         self._most = most
         self._until = until
         self._lock = threading.Lock()
-        self._board = Board()
+        self._board = Board(keeps=serial)
+        self._recording = type(recorder) is not Nothing
+        self.timed = until is not None
+        """Whether what is possible may change with the time."""
         self._parties: dict[str, Party] = {}
         self._priorities: dict[str, int] = {}
         self._running = 0
@@ -133,26 +136,38 @@ class Run:
         name = party.task.name
         for offer in offers:
             if offer is not None:
-                offer.check(name)
+                if offer.checked != name:
+                    offer.check(name)
+                if offer.after is not None:
+                    self.timed = True
+        board = self._board
         with self._lock:
-            if not self._closed and self._until is not None and self.clock.now() >= self._until:
-                self._close(None)
+            if self.timed:
+                party.looked = self.clock.now()
+                if not self._closed and self._until is not None and party.looked >= self._until:
+                    self._close(None)
             if self._closed:
                 return Stopped()
-            self._board.add(name, offers)
             self._running -= 1
+            try:
+                if not self.serial:
+                    # Most often the others wait already: then this task need not be put on the board.
+                    commits = board.commits_of(name, offers, party.looked)
+                    if commits:
+                        self._choose(commits, party)
+                        outcome, party.outcome = party.outcome, None
+                        return outcome
+                board.add(name, offers, party.looked)
+            except Exception as error:
+                waits = name in board.waiting
+                self._close(error)
+                if not waits:
+                    self._running += 1
+                    return Stopped()
             if self.serial:
                 self._pass_on()
-                return None
-            try:
-                party.looked = self.clock.now()
-                if self._choose(self._board.commits_of(name, party.looked)):
-                    outcome, party.outcome = party.outcome, None
-                    return outcome
-            except Exception as error:
-                self._close(error)
-                return None
-            self._look_for_the_end()
+            elif self._running == 0:
+                self._look_for_the_end()
             return None
 
     def retry(self, party: Party) -> None:
@@ -166,8 +181,9 @@ class Run:
                 return
             try:
                 party.looked = self.clock.now()
-                if self._choose(self._board.commits_of(name, party.looked)):
-                    party.gate.open()
+                commits = self._board.commits_of(name, self._board.waiting[name], party.looked)
+                if commits:
+                    self._choose(commits, None)
                 else:
                     self._look_for_the_end()
             except Exception as error:
@@ -175,6 +191,8 @@ class Run:
 
     def patience(self, party: Party, offers: Sequence[Offer | None]) -> float | None:
         """How many seconds a task that waits for *offers* may sleep before it must look again; None: for ever."""
+        if not self.timed or self.serial:
+            return None
         looked = party.looked
         times = [o.after for o in offers if o is not None and o.after is not None and o.after > looked]
         if self._until is not None:
@@ -259,56 +277,47 @@ class Run:
 
     # --- under the lock --------------------------------------------------------------------------------------
 
-    def _choose(self, commits: Sequence[Commit]) -> bool:
-        """Let one of the possible events happen; whether there was one.
-
-        In a free run the gates of all but the first task of the event are opened: the first is the one that asks.
-        """
-        if not commits:
-            return False
+    def _choose(self, commits: Sequence[Commit], asks: Party | None) -> None:
+        """Let one of some possible events happen. The party that *asks* has no need of its gate."""
         if len(commits) > 1:
             commits = _first_ranks(commits)
         commit = self._policy.choose(commits, self._priorities)
-        names = [task for task, _ in commit.parts]
-        offers = self._board.waiting
-        first, index = commit.parts[0]
-        offer = offers[first][index]
-        assert offer is not None
-        if offer.body is None:
+        parts = commit.parts
+        values: Values = ()
+        if not commit.own:
             values = commit.candidates[0] if len(commit.candidates) == 1 else self._policy.value(commit)
             self._record(commit, values)
-        else:
-            values = ()
-        for name in names:
-            self._board.remove(name)
-        for name, position in commit.parts:
-            self._parties[name].outcome = Choice(position, values)
-        if self.serial:
-            for name in sorted(names):
-                self._wake(self._parties[name])
-        else:
-            self._running += len(names)
-            for name in names[1:]:
-                self._parties[name].gate.open()
+        board, parties = self._board, self._parties
+        for name, _ in parts:
+            if name in board.waiting:
+                board.remove(name)
+        for name, position in parts:
+            party = parties[name]
+            party.outcome = Choice(position, values)
+            if self.serial:
+                self._wake(party)
+            else:
+                self._running += 1
+                if party is not asks:
+                    party.gate.open()
         if self.events == self._most:
             self._close(None)
-        return True
 
     def _record(self, commit: Commit, values: Values) -> None:
-        channel = commit.channel
-        tasks = tuple(sorted(task for task, _ in commit.parts))
-        self._recorder.record(
-            Record(
-                self.events,
-                self.clock.now(),
-                channel.text(values),
-                channel.name,
-                values,
-                tasks,
-                channel.hidden,
-                channel.inner,
+        if self._recording:
+            channel = commit.channel
+            self._recorder.record(
+                Record(
+                    self.events,
+                    self.clock.now(),
+                    channel.text(values),
+                    channel.name,
+                    values,
+                    tuple([task for task, _ in commit.parts]),
+                    channel.hidden,
+                    channel.inner,
+                )
             )
-        )
         self.events += 1
 
     def _wake(self, party: Party) -> None:
@@ -330,10 +339,14 @@ class Run:
                     return
                 continue
             try:
-                now = self.clock.now()
+                now = self.clock.now() if self.timed else 0.0
                 if self._until is not None and now >= self._until:
                     self._close(None)
-                elif not self._choose(self._board.commits(now)) and not self._sleep():
+                    continue
+                commits = self._board.possible(now)
+                if commits:
+                    self._choose(commits, None)
+                elif not self._sleep():
                     self._close(deadlock(self._board, self._ended))
             except Exception as error:
                 self._close(error)
