@@ -9,14 +9,14 @@ receive that was begun and then cancelled would have lost its message.
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import islice, product
 from random import Random
 from typing import Any, NamedTuple, Protocol
 
 from .channel import ANY, Channel, Group, Offer, OneOf, Values
 from .data import LARGEST
-
 
 Parts = tuple[tuple[str, int], ...]
 """The tasks that perform an event, each with the position of its offer."""
@@ -29,7 +29,8 @@ class Choice(NamedTuple):
     values: Values
 
 
-class Commit(NamedTuple):
+@dataclass(slots=True, eq=False)
+class Commit:
     """A possible event: the tasks that perform it in the order of their names, each with the position of its offer, and
     the possible values.
 
@@ -47,9 +48,25 @@ class NobodyDecides(Exception):
     """All offers take any value of a field, and its values cannot be listed."""
 
 
-FIRST = (0,)
-"""Where the offer of a selection of one is."""
-NOBODY: Mapping[str, Sequence[int]] = {}
+class _Entry:
+    """An offer on the board, and in which event it met an offer of another task last.
+
+    A task that stays while another comes and goes is met by the same offer again and again.
+    """
+
+    __slots__ = ("commit", "index", "offer", "other", "position", "task")
+
+    def __init__(self, index: int, offer: Offer) -> None:
+        self.index = index
+        self.offer = offer
+        self.task = ""
+        self.other: Offer | None = None
+        self.position = 0
+        self.commit: Commit | None = None
+
+
+_Entries = dict[str, list[_Entry]]
+_NOBODY: _Entries = {}
 
 
 class Board:
@@ -63,52 +80,43 @@ class Board:
     def __init__(self, *, keeps: bool = False) -> None:
         self.waiting: dict[str, Sequence[Offer | None]] = {}
         self._keeps = keeps
-        self._plans: dict[str, tuple[Sequence[Offer | None], list[tuple[Channel, Sequence[int]]]]] = {}
-        """The last selection of each task, and where its offers are in it: most tasks make the same again and again."""
-        self._on: dict[Channel, dict[str, Sequence[int]]] = {}
-        self._possible: dict[Parts, Commit] = {}
-        self._in: dict[str, set[Parts]] = {}
-        """For each task the possible events that it takes part in, and some that are possible no longer."""
+        self._plans: dict[str, tuple[Sequence[Offer | None], list[tuple[Channel, list[_Entry]]]]] = {}
+        """The last selection of each task, by channels: most tasks make the same again and again."""
+        self._on: dict[Channel, _Entries] = {}
+        self._possible: dict[Commit, None] = {}
+        self._in: dict[str, set[Commit]] = {}
+        """For each task that waits the possible events that it takes part in, and some that are possible no longer."""
         self._later: dict[str, float] = {}
         """For each task with offers that do not stand yet when the next of them does."""
 
     def add(self, task: str, offers: Sequence[Offer | None], now: float) -> None:
         """A task waits from *now* on for one of its *offers*; None among them stands for one whose guard is false."""
         self.waiting[task] = offers
+        plan = self._plans.get(task)
+        if plan is None or plan[0] != offers:  # offers are the same if they are one object
+            plan = self._plans[task] = offers, _by_channel(offers)
         on = self._on
-        for channel, positions in self._plan(task, offers):
+        for channel, entries in plan[1]:
             if channel in on:
-                on[channel][task] = positions
+                on[channel][task] = entries
             else:
-                on[channel] = {task: positions}
+                on[channel] = {task: entries}
         if self._keeps:
+            self._in[task] = set()
             self._keep(task, offers, now)
 
     def remove(self, task: str) -> None:
         """A task waits no longer."""
+        del self.waiting[task]
         on = self._on
-        for channel, _ in self._plan(task, self.waiting.pop(task)):
+        for channel, _ in self._plans[task][1]:
             del on[channel][task]
         if self._keeps:
             possible = self._possible
-            for parts in self._in.pop(task, ()):
-                possible.pop(parts, None)
-            self._later.pop(task, None)
-
-    def _plan(self, task: str, offers: Sequence[Offer | None]) -> Sequence[tuple[Channel, Sequence[int]]]:
-        """The channels of a selection, each with the positions of its offers."""
-        if len(offers) == 1:
-            return () if offers[0] is None else ((offers[0].channel, FIRST),)
-        last = self._plans.get(task)
-        if last is not None and last[0] == offers:  # offers are the same if they are one object
-            return last[1]
-        positions: dict[Channel, list[int]] = {}
-        for i, offer in enumerate(offers):
-            if offer is not None:
-                positions.setdefault(offer.channel, []).append(i)
-        found: list[tuple[Channel, Sequence[int]]] = list(positions.items())
-        self._plans[task] = offers, found
-        return found
+            for commit in self._in.pop(task):
+                possible.pop(commit, None)
+            if self._later:
+                self._later.pop(task, None)
 
     def commits_of(self, task: str, offers: Sequence[Offer | None], now: float) -> list[Commit]:
         """The events that are possible at time *now* with *task* and one of its *offers*, in the order of its offers.
@@ -116,33 +124,28 @@ class Board:
         It need not have been added.
         """
         found: list[Commit] = []
-        waiting = self.waiting
         for i, offer in enumerate(offers):
             if offer is None or (offer.after is not None and offer.after > now):
                 continue
             channel = offer.channel
-            on = self._on.get(channel, NOBODY)
+            on = self._on.get(channel, _NOBODY)
             for group, others in channel.partners[task]:
-                if not others:
+                if len(others) == 1:
+                    if others[0] in on and offer.body is None:
+                        for entry in on[others[0]]:
+                            if entry.other is offer and entry.task == task and entry.position == i:
+                                assert entry.commit is not None
+                                found.append(entry.commit)
+                                continue
+                            commit = _meeting(channel, group, task, i, offer, others[0], entry, now)
+                            if commit is not None:
+                                found.append(commit)
+                elif not others:
                     candidates = agreed(channel, group, (offer,))
                     if candidates:
                         found.append(Commit(channel, ((task, i),), candidates, offer.body is not None))
-                    continue
-                if offer.body is not None:
-                    continue  # it performs its events alone
-                if len(others) > 1:
-                    if all([other in on for other in others]):
-                        found += self._meetings(channel, group, (task, i), offer, others, now)
-                    continue
-                (other,) = others
-                for j in on.get(other, ()):
-                    theirs = waiting[other][j]
-                    assert theirs is not None
-                    if theirs.body is None and (theirs.after is None or theirs.after <= now):
-                        candidates = agreed(channel, group, (offer, theirs))
-                        if candidates:
-                            parts = ((task, i), (other, j)) if task < other else ((other, j), (task, i))
-                            found.append(Commit(channel, parts, candidates))
+                elif offer.body is None and all(other in on for other in others):
+                    found += _meetings(channel, group, task, i, offer, others, on, now)
         return found
 
     def possible(self, now: float) -> list[Commit]:
@@ -151,19 +154,17 @@ class Board:
             for task, when in list(self._later.items()):
                 if when <= now:
                     self._keep(task, self.waiting[task], now)
-        return list(self._possible.values())
+        return list(self._possible)
 
     def _keep(self, task: str, offers: Sequence[Offer | None], now: float) -> None:
         """Look at what is possible now with a task that waits."""
         possible, taking_part = self._possible, self._in
         for commit in self.commits_of(task, offers, now):
-            parts = commit.parts
-            possible[parts] = commit
-            for name, _ in parts:
-                if name in taking_part:
-                    taking_part[name].add(parts)
-                else:
-                    taking_part[name] = {parts}
+            possible[commit] = None
+            for name, _ in commit.parts:
+                taking_part[name].add(commit)
+        if not any(offer is not None and offer.after is not None for offer in offers):
+            return
         later = [o.after for o in offers if o is not None and o.after is not None and o.after > now]
         if later:
             self._later[task] = min(later)
@@ -182,25 +183,56 @@ class Board:
 
     def waits_on(self, task: str, channel: Channel) -> bool:
         """Whether *task* has an offer on *channel*, whatever its values."""
-        return task in self._on.get(channel, NOBODY)
+        return task in self._on.get(channel, _NOBODY)
 
-    def _meetings(
-        self, channel: Channel, group: Group, part: tuple[str, int], mine: Offer, others: Sequence[str], now: float
-    ) -> Iterator[Commit]:
-        """The possible events of one group in which a task takes part with one of its offers."""
-        on, waiting = self._on.get(channel, NOBODY), self.waiting
-        for indices in product(*[on[other] for other in others]):
-            offers = [mine]
-            for other, i in zip(others, indices, strict=True):
-                offer = waiting[other][i]
-                assert offer is not None
-                offers.append(offer)
-            if any(offer.body is not None or (offer.after is not None and offer.after > now) for offer in offers):
-                continue
-            candidates = agreed(channel, group, offers)
-            if candidates:
-                parts = tuple(sorted((part, *zip(others, indices, strict=True))))
-                yield Commit(channel, parts, candidates)
+
+def _by_channel(offers: Sequence[Offer | None]) -> list[tuple[Channel, list[_Entry]]]:
+    """The channels of a selection, each with its entries."""
+    if len(offers) == 1:
+        return [] if offers[0] is None else [(offers[0].channel, [_Entry(0, offers[0])])]
+    entries: dict[Channel, list[_Entry]] = {}
+    for i, offer in enumerate(offers):
+        if offer is not None:
+            entries.setdefault(offer.channel, []).append(_Entry(i, offer))
+    return list(entries.items())
+
+
+def _meeting(
+    channel: Channel, group: Group, task: str, index: int, mine: Offer, other: str, entry: _Entry, now: float
+) -> Commit | None:
+    """The possible event of an offer of a task and one on the board, if there is one."""
+    theirs = entry.offer
+    if theirs.body is not None or (theirs.after is not None and theirs.after > now):
+        return None  # a method is performed alone
+    candidates = agreed(channel, group, (mine, theirs))
+    if not candidates:
+        return None
+    parts = ((task, index), (other, entry.index))
+    commit = Commit(channel, parts if task < other else parts[::-1], candidates)
+    if mine.accept is None and theirs.accept is None and mine.after is None and theirs.after is None:
+        entry.task, entry.other, entry.position, entry.commit = task, mine, index, commit
+    return commit
+
+
+def _meetings(
+    channel: Channel,
+    group: Group,
+    task: str,
+    index: int,
+    mine: Offer,
+    others: Sequence[str],
+    on: _Entries,
+    now: float,
+) -> Iterator[Commit]:
+    """The possible events of an offer of a task and of the offers that several others have on the board."""
+    for entries in product(*[on[other] for other in others]):
+        offers = [mine, *[entry.offer for entry in entries]]
+        if any(offer.body is not None or (offer.after is not None and offer.after > now) for offer in offers):
+            continue
+        candidates = agreed(channel, group, offers)
+        if candidates:
+            parts = sorted([(task, index), *[(o, e.index) for o, e in zip(others, entries, strict=True)]])
+            yield Commit(channel, tuple(parts), candidates)
 
 
 def agreed(channel: Channel, group: Group, offers: Sequence[Offer]) -> Sequence[Values]:

@@ -11,7 +11,9 @@ import asyncio
 import threading
 from collections import deque
 from collections.abc import Callable, Generator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 from .alternation import Fair, Policy
@@ -237,20 +239,12 @@ def _thread(run: Run, party: Party, latch: _Latch) -> None:
 
 
 class _Turn:
-    """A gate that notes whose turn it is; may be opened from another thread."""
+    """A gate that notes whose turn it is."""
 
-    __slots__ = ("_alarm", "_position", "_thread", "_turns")
+    __slots__ = ("open",)
 
-    def __init__(self, turns: deque[int], position: int, alarm: Callable[[], None] | None = None) -> None:
-        self._turns = turns
-        self._position = position
-        self._alarm = alarm
-        self._thread = threading.get_ident()
-
-    def open(self) -> None:
-        self._turns.append(self._position)
-        if self._alarm is not None and threading.get_ident() != self._thread:
-            self._alarm()
+    def __init__(self, turns: deque[int], position: int) -> None:
+        self.open = partial(turns.append, position)
 
 
 def _plain_loop(run: Run, tasks: Sequence[Task]) -> None:
@@ -279,9 +273,11 @@ async def _event_loop(run: Run, tasks: Sequence[Task]) -> None:
     loop = asyncio.get_running_loop()
 
     def ring() -> None:
-        loop.call_soon_threadsafe(rung.set)
+        with suppress(RuntimeError):  # the loop may have come to its end meanwhile
+            loop.call_soon_threadsafe(rung.set)
 
-    parties = [Party(task, _Turn(turns, i, ring)) for i, task in enumerate(tasks)]
+    run.alarm = ring
+    parties = [Party(task, _Turn(turns, i)) for i, task in enumerate(tasks)]
     waits = [_waits(run, party) for party in parties]
     run.begin(parties)
     if not run.serial:
@@ -290,9 +286,12 @@ async def _event_loop(run: Run, tasks: Sequence[Task]) -> None:
     sleeping: dict[int, tuple[Offer | None, ...]] = {}
     """Those that wait for a time as well, and what they offer."""
     while left:
-        for _ in range(min(len(turns), TURNS)):
+        for _ in range(TURNS):
+            if not turns:
+                break
             i = turns.popleft()
-            sleeping.pop(i, None)
+            if sleeping:
+                sleeping.pop(i, None)
             try:
                 offers = next(waits[i])
             except StopIteration:
@@ -300,7 +299,7 @@ async def _event_loop(run: Run, tasks: Sequence[Task]) -> None:
                 continue
             if offers is None:
                 turns.append(i)  # a task that never has to wait must not keep the others from running
-            elif run.patience(parties[i], offers) is not None:
+            elif run.timed and run.patience(parties[i], offers) is not None:
                 sleeping[i] = offers
         seconds: float | None = None
         for i, offers in list(sleeping.items()):
@@ -313,8 +312,6 @@ async def _event_loop(run: Run, tasks: Sequence[Task]) -> None:
         if turns:
             await asyncio.sleep(0)
         elif left:
-            try:
+            with suppress(TimeoutError):
                 await asyncio.wait_for(rung.wait(), seconds)
-            except TimeoutError:
-                pass
             rung.clear()

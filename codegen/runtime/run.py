@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from heapq import heappop, heappush
 from typing import Protocol
 
@@ -94,6 +94,8 @@ class Run:
         self._closed = False
         self.over = threading.Event()
         """Set when nothing will happen any more."""
+        self.alarm: Callable[[], object] | None = None
+        """Wakes the one who carries all tasks, when another thread has opened gates."""
         self.current: str | None = None
         """The task that runs, or ran last, where one thread carries them all."""
         self._ready: list[tuple[int, int, Party]] = []
@@ -274,6 +276,8 @@ class Run:
             self._close(failure)
             if self.serial and self._running == 0:
                 self._pass_on()
+        if self.alarm is not None:
+            self.alarm()
 
     # --- under the lock --------------------------------------------------------------------------------------
 
