@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import islice, product
 from random import Random
 from typing import Any, NamedTuple, Protocol
@@ -29,19 +28,22 @@ class Choice(NamedTuple):
     values: Values
 
 
-@dataclass(slots=True, eq=False)
 class Commit:
     """A possible event: the tasks that perform it in the order of their names, each with the position of its offer, and
     the possible values.
 
-    ``candidates`` has more than one entry only where no offer gives a value: then somebody has to choose.
+    ``candidates`` has more than one entry only where no offer gives a value: then somebody has to choose. ``own`` says
+    whether it is a method of the only task, which gives the values when it has been called.
     """
 
-    channel: Channel
-    parts: Parts
-    candidates: Sequence[Values]
-    own: bool = False
-    """Whether it is a method of the only task, which gives the values when it has been called."""
+    __slots__ = ("candidates", "channel", "own", "parts", "tasks")
+
+    def __init__(self, channel: Channel, parts: Parts, candidates: Sequence[Values], own: bool = False) -> None:
+        self.channel = channel
+        self.parts = parts
+        self.candidates = candidates
+        self.own = own
+        self.tasks: tuple[str, ...] = tuple([task for task, _ in parts])
 
 
 class NobodyDecides(Exception):
@@ -49,22 +51,18 @@ class NobodyDecides(Exception):
 
 
 class _Entry:
-    """An offer on the board, and in which event it met an offer of another task last.
+    """An offer on the board, and the events in which it met offers of other tasks that are made again and again."""
 
-    A task that stays while another comes and goes is met by the same offer again and again.
-    """
-
-    __slots__ = ("commit", "index", "offer", "other", "position", "task")
+    __slots__ = ("index", "met", "offer")
 
     def __init__(self, index: int, offer: Offer) -> None:
         self.index = index
         self.offer = offer
-        self.task = ""
-        self.other: Offer | None = None
-        self.position = 0
-        self.commit: Commit | None = None
+        self.met: dict[tuple[str, int, Offer], Commit | None] = {}
 
 
+PLANS = 256
+"""So many selections of a task, and meetings of an offer, are kept."""
 _Entries = dict[str, list[_Entry]]
 _NOBODY: _Entries = {}
 
@@ -80,43 +78,58 @@ class Board:
     def __init__(self, *, keeps: bool = False) -> None:
         self.waiting: dict[str, Sequence[Offer | None]] = {}
         self._keeps = keeps
-        self._plans: dict[str, tuple[Sequence[Offer | None], list[tuple[Channel, list[_Entry]]]]] = {}
-        """The last selection of each task, by channels: most tasks make the same again and again."""
+        self._plans: dict[str, dict[Sequence[Offer | None], list[tuple[Channel, list[_Entry]]]]] = {}
+        """The entries of the selections that a task makes again and again."""
+        self._entries: dict[str, list[tuple[Channel, list[_Entry]]]] = {}
+        """The entries of each task that waits, by channels."""
         self._on: dict[Channel, _Entries] = {}
         self._possible: dict[Commit, None] = {}
-        self._in: dict[str, set[Commit]] = {}
-        """For each task that waits the possible events that it takes part in, and some that are possible no longer."""
         self._later: dict[str, float] = {}
         """For each task with offers that do not stand yet when the next of them does."""
 
     def add(self, task: str, offers: Sequence[Offer | None], now: float) -> None:
         """A task waits from *now* on for one of its *offers*; None among them stands for one whose guard is false."""
         self.waiting[task] = offers
-        plan = self._plans.get(task)
-        if plan is None or plan[0] != offers:  # offers are the same if they are one object
-            plan = self._plans[task] = offers, _by_channel(offers)
+        plans = self._plans.get(task)
+        if plans is None:
+            plans = self._plans[task] = {}
+        entries = plans.get(tuple(offers))
+        if entries is None:
+            entries = _by_channel(offers)
+            if len(plans) < PLANS and all(offer is None or offer.kept for offer in offers):
+                plans[tuple(offers)] = entries
+        self._entries[task] = entries
         on = self._on
-        for channel, entries in plan[1]:
+        for channel, some in entries:
             if channel in on:
-                on[channel][task] = entries
+                on[channel][task] = some
             else:
-                on[channel] = {task: entries}
+                on[channel] = {task: some}
         if self._keeps:
-            self._in[task] = set()
             self._keep(task, offers, now)
 
-    def remove(self, task: str) -> None:
-        """A task waits no longer."""
-        del self.waiting[task]
+    def remove(self, tasks: Sequence[str]) -> None:
+        """Some tasks wait no longer."""
         on = self._on
-        for channel, _ in self._plans[task][1]:
-            del on[channel][task]
+        for task in tasks:
+            del self.waiting[task]
+            for channel, _ in self._entries[task]:
+                del on[channel][task]
         if self._keeps:
-            possible = self._possible
-            for commit in self._in.pop(task):
-                possible.pop(commit, None)
+            self._forget(tasks)
             if self._later:
-                self._later.pop(task, None)
+                for task in tasks:
+                    self._later.pop(task, None)
+
+    def _forget(self, tasks: Sequence[str]) -> None:
+        """What was possible with some tasks is not known any more."""
+        if len(self._possible) == 1:
+            (only,) = self._possible
+            if only.tasks == tasks:
+                self._possible.clear()
+                return
+        gone = frozenset(tasks)
+        self._possible = {commit: None for commit in self._possible if gone.isdisjoint(commit.tasks)}
 
     def commits_of(self, task: str, offers: Sequence[Offer | None], now: float) -> list[Commit]:
         """The events that are possible at time *now* with *task* and one of its *offers*, in the order of its offers.
@@ -133,11 +146,11 @@ class Board:
                 if len(others) == 1:
                     if others[0] in on and offer.body is None:
                         for entry in on[others[0]]:
-                            if entry.other is offer and entry.task == task and entry.position == i:
-                                assert entry.commit is not None
-                                found.append(entry.commit)
-                                continue
-                            commit = _meeting(channel, group, task, i, offer, others[0], entry, now)
+                            key = task, i, offer
+                            if key in entry.met:
+                                commit = entry.met[key]
+                            else:
+                                commit = _meeting(channel, group, task, i, offer, others[0], entry, now)
                             if commit is not None:
                                 found.append(commit)
                 elif not others:
@@ -153,16 +166,14 @@ class Board:
         if self._later:
             for task, when in list(self._later.items()):
                 if when <= now:
+                    self._forget((task,))
                     self._keep(task, self.waiting[task], now)
         return list(self._possible)
 
     def _keep(self, task: str, offers: Sequence[Offer | None], now: float) -> None:
         """Look at what is possible now with a task that waits."""
-        possible, taking_part = self._possible, self._in
         for commit in self.commits_of(task, offers, now):
-            possible[commit] = None
-            for name, _ in commit.parts:
-                taking_part[name].add(commit)
+            self._possible[commit] = None
         if not any(offer is not None and offer.after is not None for offer in offers):
             return
         later = [o.after for o in offers if o is not None and o.after is not None and o.after > now]
@@ -205,12 +216,12 @@ def _meeting(
     if theirs.body is not None or (theirs.after is not None and theirs.after > now):
         return None  # a method is performed alone
     candidates = agreed(channel, group, (mine, theirs))
-    if not candidates:
-        return None
-    parts = ((task, index), (other, entry.index))
-    commit = Commit(channel, parts if task < other else parts[::-1], candidates)
-    if mine.accept is None and theirs.accept is None and mine.after is None and theirs.after is None:
-        entry.task, entry.other, entry.position, entry.commit = task, mine, index, commit
+    commit: Commit | None = None
+    if candidates:
+        parts = ((task, index), (other, entry.index))
+        commit = Commit(channel, parts if task < other else parts[::-1], candidates)
+    if mine.kept and theirs.kept and len(entry.met) < PLANS:
+        entry.met[task, index, mine] = commit
     return commit
 
 

@@ -7,7 +7,7 @@ moment is the business of a run (``alternation``), so one program can be run man
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Final, Never, cast
 
 from .data import DataType
@@ -59,6 +59,10 @@ UNDECIDED: Final[Never] = cast(Never, Undecided())
 """Instead of the values that a method is to give: the program's policy decides."""
 
 
+KEPT = 64
+"""So many offers of a channel are kept, to be made again: what they meet is known then."""
+
+
 class Channel:
     """A synchronous channel.
 
@@ -105,16 +109,17 @@ class Channel:
         }
         self.partners.update((task, ()) for task in never if task not in self.partners)
         """For each task the groups that it is in, with the others in them."""
-        self.open = Offer(self, (ANY,) * len(self.types))
+        self._kept: dict[Values, Offer] = {}
+        self.open = Offer(self, (ANY,) * len(self.types), kept=True)
         """What :meth:`get` gives: not to be changed."""
 
     def put(self, *values: Any) -> Offer:
         """Offer the event with these values, and no other."""
-        return Offer(self, values)
+        return self._offer(values)
 
     def meet(self) -> Offer:
         """Offer the event of a channel without fields."""
-        return Offer(self, ())
+        return self._offer(())
 
     def get(self) -> Offer:
         """Offer all events of the channel: whatever values come."""
@@ -133,7 +138,7 @@ class Channel:
             accept: further condition on the values of all fields.
             after: from which time on (of the program's clock) the offer stands.
         """
-        return Offer(self, fields, accept, None, after)
+        return self._offer(fields) if accept is None and after is None else Offer(self, fields, accept, None, after)
 
     def own(self, body: Callable[..., Any], *fields: Any, after: float | None = None) -> Offer:
         """Offer an event that the task performs alone: a method.
@@ -142,6 +147,19 @@ class Channel:
         returns a value for the only one, or a tuple of values for several. The event is recorded after that.
         """
         return Offer(self, fields, None, body, after)
+
+    def _offer(self, fields: tuple[Any, ...]) -> Offer:
+        """The offer with these fields: the one that was made before, as long as there are few."""
+        try:
+            offer = self._kept.get(fields)
+        except TypeError:  # unhashable: no value of any type
+            return Offer(self, fields)
+        kinds = tuple(map(type, fields))  # 1 and True are two values, and equal
+        if offer is not None and tuple(map(type, offer.fields)) == kinds:
+            return offer
+        if offer is None and len(self._kept) < KEPT and _KEEPABLE.issuperset(kinds):
+            return self._kept.setdefault(fields, Offer(self, fields, kept=True))
+        return Offer(self, fields)
 
     def field_name(self, position: int) -> str:
         """What messages call a field, counted from 0."""
@@ -155,13 +173,17 @@ class Channel:
         return f"<channel {self.name}>"
 
 
+_KEEPABLE = frozenset((int, bool, str, _Open))
+"""The types of values that are the same wherever they are equal."""
+
+
 def _group(tasks: str | Iterable[str]) -> Group:
     return frozenset((tasks,)) if isinstance(tasks, str) else frozenset(tasks)
 
 
 @dataclass(slots=True, eq=False)
 class Offer:
-    """What a task is ready to do on a channel. Make with the methods of :class:`Channel`."""
+    """What a task is ready to do on a channel. Make with the methods of :class:`Channel`; not to be changed."""
 
     channel: Channel
     fields: tuple[Any, ...]
@@ -170,8 +192,10 @@ class Offer:
     after: float | None = None
     plain: bool = False
     """Whether it is known that its fields are values, all of them."""
-    checked: str = ""
-    """The task for which it has been checked."""
+    kept: bool = False
+    """Whether the same object is used again for the same offer."""
+    checked: set[str] = field(default_factory=set)
+    """The tasks for which it has been checked."""
 
     def check(self, task: str) -> None:
         """Make sure that the values among the fields are of the channel's types.
@@ -187,13 +211,17 @@ class Offer:
             raise WrongOffer(f"{channel.name} has {len(channel.types)} fields, {task} offers {len(self.fields)}")
         plain = True
         for i, declared in enumerate(channel.types):
-            field = self.fields[i]
-            if field is ANY or type(field) is OneOf:
+            value = self.fields[i]
+            if value is ANY or type(value) is OneOf:
                 plain = False
-            elif not declared.contains(field):
-                declared.check(field, task, channel.field_name(i))
+            elif not declared.contains(value):
+                declared.check(value, task, channel.field_name(i))
         self.plain = plain
-        self.checked = task
+        self.checked.add(task)
+
+    def standing_from(self, time: float | None) -> Offer:
+        """The same offer, which stands from some time on."""
+        return Offer(self.channel, self.fields, self.accept, self.body, time)
 
     def groups(self) -> frozenset[Group] | None:
         """The groups that can perform the event, if the offer is of one event of a channel that lists them."""

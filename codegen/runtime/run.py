@@ -138,7 +138,7 @@ class Run:
         name = party.task.name
         for offer in offers:
             if offer is not None:
-                if offer.checked != name:
+                if name not in offer.checked:
                     offer.check(name)
                 if offer.after is not None:
                     self.timed = True
@@ -292,9 +292,7 @@ class Run:
             values = commit.candidates[0] if len(commit.candidates) == 1 else self._policy.value(commit)
             self._record(commit, values)
         board, parties = self._board, self._parties
-        for name, _ in parts:
-            if name in board.waiting:
-                board.remove(name)
+        board.remove(commit.tasks if asks is None else tuple([name for name in commit.tasks if name != asks.task.name]))
         for name, position in parts:
             party = parties[name]
             party.outcome = Choice(position, values)
@@ -317,7 +315,7 @@ class Run:
                     channel.text(values),
                     channel.name,
                     values,
-                    tuple([task for task, _ in commit.parts]),
+                    commit.tasks,
                     channel.hidden,
                     channel.inner,
                 )
@@ -393,7 +391,7 @@ class Run:
         self.failure = failure
         self.over.set()
         for name in list(self._board.waiting):
-            self._board.remove(name)
+            self._board.remove((name,))
             party = self._parties[name]
             party.outcome = Stopped()
             if self.serial:
