@@ -8,9 +8,9 @@ receive that was begun and then cancelled would have lost its message.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator, Sequence
 from itertools import islice, product
+from operator import attrgetter
 from random import Random
 from typing import Any, NamedTuple, Protocol
 
@@ -28,6 +28,15 @@ class Choice(NamedTuple):
     values: Values
 
 
+class Turn:
+    """When some tasks performed some event together last; what policies may go by. It is theirs to write."""
+
+    __slots__ = ("last",)
+
+    def __init__(self) -> None:
+        self.last = 0
+
+
 class Commit:
     """A possible event: the tasks that perform it in the order of their names, each with the position of its offer, and
     the possible values.
@@ -36,12 +45,15 @@ class Commit:
     whether it is a method of the only task, which gives the values when it has been called.
     """
 
-    __slots__ = ("candidates", "channel", "own", "parts", "tasks")
+    __slots__ = ("candidates", "channel", "own", "parts", "tasks", "turn")
 
-    def __init__(self, channel: Channel, parts: Parts, candidates: Sequence[Values], own: bool = False) -> None:
+    def __init__(
+        self, channel: Channel, parts: Parts, candidates: Sequence[Values], turn: Turn, own: bool = False
+    ) -> None:
         self.channel = channel
         self.parts = parts
         self.candidates = candidates
+        self.turn = turn
         self.own = own
         self.tasks: tuple[str, ...] = tuple([task for task, _ in parts])
 
@@ -84,6 +96,9 @@ class Board:
         """The entries of each task that waits, by channels."""
         self._on: dict[Channel, _Entries] = {}
         self._possible: dict[Commit, None] = {}
+        self._turns: dict[Parts, Turn] = {}
+        self.ranked = False
+        """Whether a channel has been seen whose events come after others."""
         self._later: dict[str, float] = {}
         """For each task with offers that do not stand yet when the next of them does."""
 
@@ -142,23 +157,26 @@ class Board:
                 continue
             channel = offer.channel
             on = self._on.get(channel, _NOBODY)
-            for group, others in channel.partners[task]:
-                if len(others) == 1:
-                    if others[0] in on and offer.body is None:
-                        for entry in on[others[0]]:
-                            key = task, i, offer
+            if channel.rank is not None:
+                self.ranked = True
+            pairs = channel.pairs.get(task)
+            if pairs is not None:
+                if offer.body is None:
+                    key = task, i, offer
+                    for other in pairs:
+                        for entry in on.get(other, ()):
                             if key in entry.met:
                                 commit = entry.met[key]
                             else:
-                                commit = _meeting(channel, group, task, i, offer, others[0], entry, now)
+                                commit = self._meeting(task, i, offer, other, entry, now)
                             if commit is not None:
                                 found.append(commit)
-                elif not others:
-                    candidates = agreed(channel, group, (offer,))
-                    if candidates:
-                        found.append(Commit(channel, ((task, i),), candidates, offer.body is not None))
-                elif offer.body is None and all(other in on for other in others):
-                    found += _meetings(channel, group, task, i, offer, others, on, now)
+                continue
+            for group, others in channel.partners[task]:
+                if offer.body is not None and others:
+                    continue  # a method is performed alone
+                if all(other in on for other in others):
+                    found += self._meetings(group, task, i, offer, others, now)
         return found
 
     def possible(self, now: float) -> list[Commit]:
@@ -196,6 +214,44 @@ class Board:
         """Whether *task* has an offer on *channel*, whatever its values."""
         return task in self._on.get(channel, _NOBODY)
 
+    def _meeting(self, task: str, index: int, mine: Offer, other: str, entry: _Entry, now: float) -> Commit | None:
+        """The possible event of an offer of a task and one on the board, if there is one."""
+        theirs = entry.offer
+        if theirs.body is not None or (theirs.after is not None and theirs.after > now):
+            return None
+        candidates = agreed(mine.channel, frozenset((task, other)), (mine, theirs))
+        commit: Commit | None = None
+        if candidates:
+            commit = self._commit(mine.channel, [(task, index), (other, entry.index)], candidates)
+        if mine.kept and theirs.kept and len(entry.met) < PLANS:
+            entry.met[task, index, mine] = commit
+        return commit
+
+    def _meetings(
+        self, group: Group, task: str, index: int, mine: Offer, others: Sequence[str], now: float
+    ) -> Iterator[Commit]:
+        """The possible events of an offer of a task and of the offers that others have on the board."""
+        on = self._on.get(mine.channel, _NOBODY)
+        for entries in product(*[on[other] for other in others]):
+            offers = [mine, *[entry.offer for entry in entries]]
+            if any(o.after is not None and o.after > now for o in offers) or any(
+                o.body is not None for o in offers[1:]
+            ):
+                continue
+            candidates = agreed(mine.channel, group, offers)
+            if candidates:
+                parts = [(task, index), *[(o, entry.index) for o, entry in zip(others, entries, strict=True)]]
+                yield self._commit(mine.channel, parts, candidates, mine.body is not None)
+
+    def _commit(
+        self, channel: Channel, parts: list[tuple[str, int]], candidates: Sequence[Values], own: bool = False
+    ) -> Commit:
+        parts.sort()
+        key = tuple(parts)
+        if key not in self._turns:
+            self._turns[key] = Turn()
+        return Commit(channel, key, candidates, self._turns[key], own)
+
 
 def _by_channel(offers: Sequence[Offer | None]) -> list[tuple[Channel, list[_Entry]]]:
     """The channels of a selection, each with its entries."""
@@ -206,44 +262,6 @@ def _by_channel(offers: Sequence[Offer | None]) -> list[tuple[Channel, list[_Ent
         if offer is not None:
             entries.setdefault(offer.channel, []).append(_Entry(i, offer))
     return list(entries.items())
-
-
-def _meeting(
-    channel: Channel, group: Group, task: str, index: int, mine: Offer, other: str, entry: _Entry, now: float
-) -> Commit | None:
-    """The possible event of an offer of a task and one on the board, if there is one."""
-    theirs = entry.offer
-    if theirs.body is not None or (theirs.after is not None and theirs.after > now):
-        return None  # a method is performed alone
-    candidates = agreed(channel, group, (mine, theirs))
-    commit: Commit | None = None
-    if candidates:
-        parts = ((task, index), (other, entry.index))
-        commit = Commit(channel, parts if task < other else parts[::-1], candidates)
-    if mine.kept and theirs.kept and len(entry.met) < PLANS:
-        entry.met[task, index, mine] = commit
-    return commit
-
-
-def _meetings(
-    channel: Channel,
-    group: Group,
-    task: str,
-    index: int,
-    mine: Offer,
-    others: Sequence[str],
-    on: _Entries,
-    now: float,
-) -> Iterator[Commit]:
-    """The possible events of an offer of a task and of the offers that several others have on the board."""
-    for entries in product(*[on[other] for other in others]):
-        offers = [mine, *[entry.offer for entry in entries]]
-        if any(offer.body is not None or (offer.after is not None and offer.after > now) for offer in offers):
-            continue
-        candidates = agreed(channel, group, offers)
-        if candidates:
-            parts = sorted([(task, index), *[(o, e.index) for o, e in zip(others, entries, strict=True)]])
-            yield Commit(channel, tuple(parts), candidates)
 
 
 def agreed(channel: Channel, group: Group, offers: Sequence[Offer]) -> Sequence[Values]:
@@ -335,6 +353,9 @@ class Policy(Protocol):
         """An internal choice of *task*: a number below *ways*."""
 
 
+_last_turn = attrgetter("turn.last")
+
+
 class Fair:
     """The event of the most urgent task; among equals the one that its tasks have performed least lately.
 
@@ -344,26 +365,22 @@ class Fair:
 
     def __init__(self) -> None:
         self._turn = 0
-        self._used: dict[Parts, int] = {}
         self._turns: dict[object, int] = {}
+        self._level: dict[str, int] | None = None
+        """Priorities that are all the same."""
 
     def choose(self, commits: Sequence[Commit], priorities: dict[str, int]) -> Commit:
         """By priority, then by how long ago these tasks did it, then in the order given."""
-        used = self._used
         best = commits[0]
         if len(commits) > 1:
-            urgency, turn = -(sys.maxsize), 0
-            for commit in commits:  # min() with a key takes three times as long
-                parts = commit.parts
-                own = used.get(parts, -1)
-                urgent = priorities[parts[0][0]]
-                for task, _ in parts:
-                    if priorities[task] > urgent:
-                        urgent = priorities[task]
-                if urgent > urgency or (urgent == urgency and own < turn):
-                    best, urgency, turn = commit, urgent, own
+            if priorities is not self._level:
+                if len(set(priorities.values())) == 1:
+                    self._level = priorities
+                else:
+                    commits = _most_urgent(commits, priorities)
+            best = min(commits, key=_last_turn)
         self._turn += 1
-        used[best.parts] = self._turn
+        best.turn.last = self._turn
         return best
 
     def value(self, commit: Commit) -> Values:
@@ -380,12 +397,19 @@ class Fair:
         return turn
 
 
+def _most_urgent(commits: Sequence[Commit], priorities: dict[str, int]) -> list[Commit]:
+    """Those of the most urgent task."""
+    urgencies = [max([priorities[task] for task in commit.tasks]) for commit in commits]
+    most = max(urgencies)
+    return [commit for commit, urgency in zip(commits, urgencies, strict=True) if urgency == most]
+
+
 class InOrder(Fair):
     """The event of the most urgent task; among equals the one that is offered first: a priority choice."""
 
     def choose(self, commits: Sequence[Commit], priorities: dict[str, int]) -> Commit:
         """By priority, then in the order given."""
-        return min(commits, key=lambda c: -max(priorities[task] for task, _ in c.parts))
+        return _most_urgent(commits, priorities)[0]
 
 
 class Randomly:

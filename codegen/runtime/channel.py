@@ -59,7 +59,7 @@ UNDECIDED: Final[Never] = cast(Never, Undecided())
 """Instead of the values that a method is to give: the program's policy decides."""
 
 
-KEPT = 64
+KEPT = 256
 """So many offers of a channel are kept, to be made again: what they meet is known then."""
 
 
@@ -109,6 +109,12 @@ class Channel:
         }
         self.partners.update((task, ()) for task in never if task not in self.partners)
         """For each task the groups that it is in, with the others in them."""
+        self.pairs: dict[str, tuple[str, ...]] = {
+            task: tuple([others[0] for _, others in groups])
+            for task, groups in self.partners.items()
+            if all(len(others) == 1 for _, others in groups)
+        }
+        """For tasks that only meet one other at a time, who that may be."""
         self._kept: dict[Values, Offer] = {}
         self.open = Offer(self, (ANY,) * len(self.types), kept=True)
         """What :meth:`get` gives: not to be changed."""
@@ -233,13 +239,13 @@ class Offer:
     def text(self) -> str:
         """``c.3?``, for messages."""
         out = self.channel.name
-        for declared, field in zip(self.channel.types, self.fields, strict=True):
-            if field is ANY:
+        for declared, value in zip(self.channel.types, self.fields, strict=True):
+            if value is ANY:
                 out += "?"
-            elif isinstance(field, OneOf):
-                out += f"?{{{', '.join(sorted(map(declared.text, field.values)))}}}"
+            elif isinstance(value, OneOf):
+                out += f"?{{{', '.join(sorted(map(declared.text, value.values)))}}}"
             else:
-                out += f".{declared.text(field)}"
+                out += f".{declared.text(value)}"
         return out
 
 

@@ -13,11 +13,12 @@ from __future__ import annotations
 
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Sequence
 from heapq import heappop, heappush
 from typing import Protocol
 
-from .alternation import Board, Choice, Commit, Policy, agreed
+from .alternation import Board, Choice, Commit, Policy, Turn, agreed
 from .channel import ANY, Offer, OneOf, Values, WrongOffer
 from .clock import Clock, MonotonicClock
 from .recorder import Nothing, Record, Recorder
@@ -98,7 +99,11 @@ class Run:
         """Wakes the one who carries all tasks, when another thread has opened gates."""
         self.current: str | None = None
         """The task that runs, or ran last, where one thread carries them all."""
-        self._ready: list[tuple[int, int, Party]] = []
+        self._level = True
+        """Whether no task is more urgent than another."""
+        self._ready: deque[Party] = deque()
+        """Serial: the tasks that can run, where none is more urgent; otherwise a heap."""
+        self._urgent: list[tuple[int, int, Party]] = []
         self._queued = 0
 
     @property
@@ -116,6 +121,7 @@ class Run:
                 self._parties[name] = party
                 self._priorities[name] = party.task.priority
                 party.task.begin(self)
+            self._level = len(set(self._priorities.values())) <= 1
             self._running = len(parties)
             self.clock.start()
             if self.serial:
@@ -222,7 +228,7 @@ class Run:
             if self._closed:
                 raise Stopped
             try:
-                self._record(Commit(offer.channel, ((task, 0),), (values,)), values)
+                self._record(Commit(offer.channel, ((task, 0),), (values,), Turn()), values)
                 if self.events == self._most:
                     self._close(None)
             except Exception as error:
@@ -251,7 +257,7 @@ class Run:
             candidates = agreed(offer.channel, frozenset((task,)), (plain,))
             if not candidates:
                 raise WrongOffer(f"{task}: no value is possible for {offer.text()}")
-            values = self._policy.value(Commit(offer.channel, ((task, 0),), candidates))
+            values = self._policy.value(Commit(offer.channel, ((task, 0),), candidates, Turn()))
         return tuple(
             value for field, value in zip(offer.fields, values, strict=True) if field is ANY or isinstance(field, OneOf)
         )
@@ -283,7 +289,7 @@ class Run:
 
     def _choose(self, commits: Sequence[Commit], asks: Party | None) -> None:
         """Let one of some possible events happen. The party that *asks* has no need of its gate."""
-        if len(commits) > 1:
+        if self._board.ranked and len(commits) > 1:
             commits = _first_ranks(commits)
         commit = self._policy.choose(commits, self._priorities)
         parts = commit.parts
@@ -324,20 +330,23 @@ class Run:
 
     def _wake(self, party: Party) -> None:
         """Serial: put a task among those that can run."""
-        self._queued += 1
-        heappush(self._ready, (-party.task.priority, self._queued, party))
+        if self._level:
+            self._ready.append(party)
+        else:
+            self._queued += 1
+            heappush(self._urgent, (-party.task.priority, self._queued, party))
 
     def _pass_on(self) -> None:
         """Serial: let the next task run; if there is none, let the next event happen."""
         while True:
-            if self._ready:
-                party = heappop(self._ready)[2]
+            if self._ready or self._urgent:
+                party = self._ready.popleft() if self._ready else heappop(self._urgent)[2]
                 self._running += 1
                 party.gate.open()
                 return
             if self._closed or not self._board.waiting:
                 self._look_for_the_end()
-                if not self._ready:
+                if not self._ready and not self._urgent:
                     return
                 continue
             try:
