@@ -76,11 +76,31 @@ class _Entry:
 PLANS = 256
 """So many selections of a task, and meetings of an offer, are kept."""
 _Entries = dict[str, list[_Entry]]
-_NOBODY: _Entries = {}
+
+
+class Plan:
+    """A selection of a task, with what has to be known of it again and again."""
+
+    __slots__ = ("entries", "later", "offers", "rows", "task")
+
+    def __init__(self, task: str, offers: Sequence[Offer | None], on: dict[Channel, _Entries]) -> None:
+        self.task = task
+        self.offers = offers
+        self.rows: list[tuple[int, Offer, _Entries, tuple[str, ...] | None, tuple[str, int, Offer]]] = []
+        """Of each offer its position, who waits on its channel, and whom the task meets there one at a time."""
+        found: dict[Channel, list[_Entry]] = {}
+        for i, offer in enumerate(offers):
+            if offer is not None:
+                found.setdefault(offer.channel, []).append(_Entry(i, offer))
+                others = None if offer.body is not None else offer.channel.pairs.get(task)
+                self.rows.append((i, offer, on.setdefault(offer.channel, {}), others, (task, i, offer)))
+        self.entries = [(on[channel], entries) for channel, entries in found.items()]
+        self.later = [offer.after for offer in offers if offer is not None and offer.after is not None]
+        """The times from which some of the offers stand."""
 
 
 class Board:
-    """What the waiting tasks offer. Not safe for concurrent use: the caller has the lock.
+    """What the waiting tasks offer. Not safe for concurrent use: the caller has the lock, but for :meth:`plan`.
 
     Args:
         keeps: whether the possible events are kept as tasks come and go, for :meth:`possible`; otherwise they are
@@ -88,12 +108,10 @@ class Board:
     """
 
     def __init__(self, *, keeps: bool = False) -> None:
-        self.waiting: dict[str, Sequence[Offer | None]] = {}
         self._keeps = keeps
-        self._plans: dict[str, dict[Sequence[Offer | None], list[tuple[Channel, list[_Entry]]]]] = {}
-        """The entries of the selections that a task makes again and again."""
-        self._entries: dict[str, list[tuple[Channel, list[_Entry]]]] = {}
-        """The entries of each task that waits, by channels."""
+        self._waiting: dict[str, Plan] = {}
+        self._plans: dict[str, dict[Sequence[Offer | None], Plan]] = {}
+        """The selections that a task makes again and again."""
         self._on: dict[Channel, _Entries] = {}
         self._possible: dict[Commit, None] = {}
         self._turns: dict[Parts, Turn] = {}
@@ -102,34 +120,57 @@ class Board:
         self._later: dict[str, float] = {}
         """For each task with offers that do not stand yet when the next of them does."""
 
-    def add(self, task: str, offers: Sequence[Offer | None], now: float) -> None:
-        """A task waits from *now* on for one of its *offers*; None among them stands for one whose guard is false."""
-        self.waiting[task] = offers
+    @property
+    def waiting(self) -> dict[str, Sequence[Offer | None]]:
+        """The tasks that wait, each with its selection."""
+        return {task: plan.offers for task, plan in self._waiting.items()}
+
+    def __contains__(self, task: str) -> bool:
+        return task in self._waiting
+
+    def __len__(self) -> int:
+        return len(self._waiting)
+
+    def plan(self, task: str, offers: tuple[Offer | None, ...]) -> Plan:
+        """What a task is to wait for, or to ask for. Called by one thread at a time for each task.
+
+        Raises:
+            OutOfRange, WrongOffer: an offer is wrong.
+        """
         plans = self._plans.get(task)
         if plans is None:
             plans = self._plans[task] = {}
-        entries = plans.get(tuple(offers))
-        if entries is None:
-            entries = _by_channel(offers)
-            if len(plans) < PLANS and all(offer is None or offer.kept for offer in offers):
-                plans[tuple(offers)] = entries
-        self._entries[task] = entries
-        on = self._on
-        for channel, some in entries:
-            if channel in on:
-                on[channel][task] = some
-            else:
-                on[channel] = {task: some}
+        plan = plans.get(offers)
+        if plan is not None:
+            return plan
+        for offer in offers:
+            if offer is not None:
+                offer.check(task)
+                if offer.channel.rank is not None:
+                    self.ranked = True
+        plan = Plan(task, offers, self._on)
+        if len(plans) < PLANS and all(offer is None or offer.kept for offer in offers):
+            plans[offers] = plan
+        return plan
+
+    def planned(self, task: str) -> Plan:
+        """What a task waits for."""
+        return self._waiting[task]
+
+    def add(self, plan: Plan, now: float) -> None:
+        """A task waits from *now* on."""
+        task = plan.task
+        self._waiting[task] = plan
+        for on, entries in plan.entries:
+            on[task] = entries
         if self._keeps:
-            self._keep(task, offers, now)
+            self._keep(plan, now)
 
     def remove(self, tasks: Sequence[str]) -> None:
         """Some tasks wait no longer."""
-        on = self._on
         for task in tasks:
-            del self.waiting[task]
-            for channel, _ in self._entries[task]:
-                del on[channel][task]
+            for on, _ in self._waiting.pop(task).entries:
+                del on[task]
         if self._keeps:
             self._forget(tasks)
             if self._later:
@@ -146,38 +187,36 @@ class Board:
         gone = frozenset(tasks)
         self._possible = {commit: None for commit in self._possible if gone.isdisjoint(commit.tasks)}
 
-    def commits_of(self, task: str, offers: Sequence[Offer | None], now: float) -> list[Commit]:
-        """The events that are possible at time *now* with *task* and one of its *offers*, in the order of its offers.
+    def commits_of(self, plan: Plan, now: float) -> list[Commit]:
+        """The events that are possible at time *now* with a task and one of its offers, in the order of its offers.
 
         It need not have been added.
         """
         found: list[Commit] = []
-        for i, offer in enumerate(offers):
-            if offer is None or (offer.after is not None and offer.after > now):
+        for i, offer, on, others, key in plan.rows:
+            if offer.after is not None and offer.after > now:
                 continue
-            channel = offer.channel
-            on = self._on.get(channel, _NOBODY)
-            if channel.rank is not None:
-                self.ranked = True
-            pairs = channel.pairs.get(task)
-            if pairs is not None:
-                if offer.body is None:
-                    key = task, i, offer
-                    for other in pairs:
-                        for entry in on.get(other, ()):
-                            if key in entry.met:
-                                commit = entry.met[key]
-                            else:
-                                commit = self._meeting(task, i, offer, other, entry, now)
-                            if commit is not None:
-                                found.append(commit)
+            if others is None:
+                found += self._alone_or_with_several(plan.task, i, offer, now)
                 continue
-            for group, others in channel.partners[task]:
-                if offer.body is not None and others:
-                    continue  # a method is performed alone
-                if all(other in on for other in others):
-                    found += self._meetings(group, task, i, offer, others, now)
+            for other in others:
+                if other in on:
+                    for entry in on[other]:
+                        if key in entry.met:
+                            commit = entry.met[key]
+                        else:
+                            commit = self._meeting(plan.task, i, offer, other, entry, now)
+                        if commit is not None:
+                            found.append(commit)
         return found
+
+    def _alone_or_with_several(self, task: str, index: int, offer: Offer, now: float) -> Iterator[Commit]:
+        on = self._on[offer.channel]
+        for group, others in offer.channel.partners[task]:
+            if others and offer.body is not None:
+                continue  # a method is performed alone
+            if all(other in on for other in others):
+                yield from self._meetings(group, task, index, offer, others, now)
 
     def possible(self, now: float) -> list[Commit]:
         """All events that are possible at time *now*, those first that have been possible the longest."""
@@ -185,34 +224,27 @@ class Board:
             for task, when in list(self._later.items()):
                 if when <= now:
                     self._forget((task,))
-                    self._keep(task, self.waiting[task], now)
+                    self._keep(self._waiting[task], now)
         return list(self._possible)
 
-    def _keep(self, task: str, offers: Sequence[Offer | None], now: float) -> None:
+    def _keep(self, plan: Plan, now: float) -> None:
         """Look at what is possible now with a task that waits."""
-        for commit in self.commits_of(task, offers, now):
+        for commit in self.commits_of(plan, now):
             self._possible[commit] = None
-        if not any(offer is not None and offer.after is not None for offer in offers):
-            return
-        later = [o.after for o in offers if o is not None and o.after is not None and o.after > now]
-        if later:
-            self._later[task] = min(later)
-        else:
-            self._later.pop(task, None)
+        if plan.later:
+            later = [time for time in plan.later if time > now]
+            if later:
+                self._later[plan.task] = min(later)
+            else:
+                self._later.pop(plan.task, None)
 
     def next_time(self, now: float) -> float | None:
         """When the next offer begins to stand that does not stand yet; None if there is none."""
-        times = [
-            offer.after
-            for offers in self.waiting.values()
-            for offer in offers
-            if offer is not None and offer.after is not None and offer.after > now
-        ]
-        return min(times, default=None)
+        return min([time for plan in self._waiting.values() for time in plan.later if time > now], default=None)
 
     def waits_on(self, task: str, channel: Channel) -> bool:
         """Whether *task* has an offer on *channel*, whatever its values."""
-        return task in self._on.get(channel, _NOBODY)
+        return task in self._on.get(channel, ())
 
     def _meeting(self, task: str, index: int, mine: Offer, other: str, entry: _Entry, now: float) -> Commit | None:
         """The possible event of an offer of a task and one on the board, if there is one."""
@@ -231,7 +263,7 @@ class Board:
         self, group: Group, task: str, index: int, mine: Offer, others: Sequence[str], now: float
     ) -> Iterator[Commit]:
         """The possible events of an offer of a task and of the offers that others have on the board."""
-        on = self._on.get(mine.channel, _NOBODY)
+        on = self._on[mine.channel]
         for entries in product(*[on[other] for other in others]):
             offers = [mine, *[entry.offer for entry in entries]]
             if any(o.after is not None and o.after > now for o in offers) or any(
@@ -251,17 +283,6 @@ class Board:
         if key not in self._turns:
             self._turns[key] = Turn()
         return Commit(channel, key, candidates, self._turns[key], own)
-
-
-def _by_channel(offers: Sequence[Offer | None]) -> list[tuple[Channel, list[_Entry]]]:
-    """The channels of a selection, each with its entries."""
-    if len(offers) == 1:
-        return [] if offers[0] is None else [(offers[0].channel, [_Entry(0, offers[0])])]
-    entries: dict[Channel, list[_Entry]] = {}
-    for i, offer in enumerate(offers):
-        if offer is not None:
-            entries.setdefault(offer.channel, []).append(_Entry(i, offer))
-    return list(entries.items())
 
 
 def agreed(channel: Channel, group: Group, offers: Sequence[Offer]) -> Sequence[Values]:

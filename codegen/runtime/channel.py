@@ -7,7 +7,7 @@ moment is the business of a run (``alternation``), so one program can be run man
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Final, Never, cast
 
 from .data import DataType
@@ -200,8 +200,6 @@ class Offer:
     """Whether it is known that its fields are values, all of them."""
     kept: bool = False
     """Whether the same object is used again for the same offer."""
-    checked: set[str] = field(default_factory=set)
-    """The tasks for which it has been checked."""
 
     def check(self, task: str) -> None:
         """Make sure that the values among the fields are of the channel's types.
@@ -223,7 +221,6 @@ class Offer:
             elif not declared.contains(value):
                 declared.check(value, task, channel.field_name(i))
         self.plain = plain
-        self.checked.add(task)
 
     def standing_from(self, time: float | None) -> Offer:
         """The same offer, which stands from some time on."""

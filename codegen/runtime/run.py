@@ -132,7 +132,7 @@ class Run:
 
     # --- what tasks do ---------------------------------------------------------------------------------------
 
-    def submit(self, party: Party, offers: Sequence[Offer | None]) -> Outcome | None:
+    def submit(self, party: Party, offers: tuple[Offer | None, ...]) -> Outcome | None:
         """A task waits for one of *offers*.
 
         Returns:
@@ -142,13 +142,10 @@ class Run:
             OutOfRange, WrongOffer: an offer is wrong. The task goes on running.
         """
         name = party.task.name
-        for offer in offers:
-            if offer is not None:
-                if name not in offer.checked:
-                    offer.check(name)
-                if offer.after is not None:
-                    self.timed = True
         board = self._board
+        plan = board.plan(name, offers)
+        if plan.later:
+            self.timed = True
         with self._lock:
             if self.timed:
                 party.looked = self.clock.now()
@@ -160,14 +157,14 @@ class Run:
             try:
                 if not self.serial:
                     # Most often the others wait already: then this task need not be put on the board.
-                    commits = board.commits_of(name, offers, party.looked)
+                    commits = board.commits_of(plan, party.looked)
                     if commits:
                         self._choose(commits, party)
                         outcome, party.outcome = party.outcome, None
                         return outcome
-                board.add(name, offers, party.looked)
+                board.add(plan, party.looked)
             except Exception as error:
-                waits = name in board.waiting
+                waits = name in board
                 self._close(error)
                 if not waits:
                     self._running += 1
@@ -182,14 +179,14 @@ class Run:
         """Time has passed that a waiting task waited for: look again at what is possible for it."""
         with self._lock:
             name = party.task.name
-            if self._closed or name not in self._board.waiting:
+            if self._closed or name not in self._board:
                 return
             if self._until is not None and self.clock.now() >= self._until:
                 self._close(None)
                 return
             try:
                 party.looked = self.clock.now()
-                commits = self._board.commits_of(name, self._board.waiting[name], party.looked)
+                commits = self._board.commits_of(self._board.planned(name), party.looked)
                 if commits:
                     self._choose(commits, None)
                 else:
@@ -344,7 +341,7 @@ class Run:
                 self._running += 1
                 party.gate.open()
                 return
-            if self._closed or not self._board.waiting:
+            if self._closed or len(self._board) == 0:
                 self._look_for_the_end()
                 if not self._ready and not self._urgent:
                     return
@@ -380,7 +377,7 @@ class Run:
         """See whether all tasks have ended, or all that have not wait for ever."""
         if self._running > 0 or self._closed:
             return
-        if not self._board.waiting:
+        if len(self._board) == 0:
             self.terminated = True
             end = Record(self.events, self.clock.now(), "tick", "tick", (), (), hidden=False, terminated=True)
             try:
