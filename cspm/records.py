@@ -45,7 +45,7 @@ def _prepared(cls: type[T], options: dict[str, Any]) -> type[T]:
     if options.pop("slots", False):
         cls, defaults = _with_slots(cls, frozen=frozen)
     given = vars(cls)
-    stand_ins = {name: _Attribute(cls, name) for name in _FIRST_LOOKED_AT if name not in given}
+    stand_ins: dict[str, Any] = {name: _Attribute(cls, name) for name in _FIRST_LOOKED_AT if name not in given}
     methods = ["__init__"]
     if options.get("repr", True):
         methods.append("__repr__")
@@ -123,7 +123,8 @@ def _with_slots(cls: type[Any], *, frozen: bool) -> tuple[type[Any], dict[str, A
     defaults = {name: attributes.pop(name) for name in names if name in attributes}
     attributes.pop("__dict__", None)
     attributes.pop("__weakref__", None)
-    made = type(cls)(cls.__name__, cls.__bases__, attributes)
+    kind: Callable[..., type[Any]] = type(cls)
+    made = kind(cls.__name__, cls.__bases__, attributes)
     made.__qualname__ = cls.__qualname__
     if frozen:
         made.__getstate__ = attributes.get("__getstate__", _state)

@@ -9,12 +9,12 @@ from weakref import WeakKeyDictionary
 
 from cspcheck.checker.verdict import EverySize, Outcome, Verdict
 from cspcheck.cspm.diagnostics import ScriptError
-from cspcheck.cspm.evaluator.free import children
 from cspcheck.cspm.naming.resolve import resolve
 from cspcheck.cspm.naming.symbols import Names, Symbol, SymbolKind
 from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.recursion import deep_recursion
 from cspcheck.cspm.syntax import tree as s
+from cspcheck.cspm.syntax.children import children
 from cspcheck.cspm.typing.inference import infer
 
 if TYPE_CHECKING:

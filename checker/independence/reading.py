@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Final
 
 from cspcheck.checker.independence.types import Touched
 from cspcheck.checker.independence.uses import DataUse, Dependent, Use, total
-from cspcheck.cspm.evaluator.free import children
 from cspcheck.cspm.naming.symbols import Names, Symbol, SymbolKind
 from cspcheck.cspm.oz.processes.nodes import CarrierSet, ClassProcess, ConstantValue
 from cspcheck.cspm.syntax import tree as s
+from cspcheck.cspm.syntax.children import children
 from cspcheck.cspm.typing.inference import Types
 from cspcheck.cspm.typing.types import Dot, resolve, spread
 
