@@ -71,6 +71,8 @@ def everything(cls: type[Any], options: dict[str, bool]) -> list[Any]:
         seen(lambda: cls()),
         seen(lambda: cls(first=-1)),
         seen(lambda: cls(first=1, other=2)),
+        seen(lambda: (cls.second, cls.hidden) if not options["slots"] else ""),
+        seen(lambda: cls.items),
         seen(lambda: cls(first=1) == cls(first=1, hidden=7)),
         seen(lambda: cls(first=1) == cls(first=2)),
         seen(lambda: cls(first=1) == 1),
