@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from cspcheck.checker.proof.finding import Finding
 from cspcheck.checker.proof.prover import ObligationReport, Prover
-from cspcheck.checker.proof.question import Answer, Constraint, Found
+from cspcheck.checker.proof.question import CARRIER, Answer, Constraint, Found
 from cspcheck.checker.proof.terms import member, variables_of
 from cspcheck.cspm.oz.core import Operation, Term, Variable
 from cspcheck.cspm.oz.writing.core_text import text, written
@@ -61,7 +61,7 @@ def _places(
             for binder in application.binders:
                 variable = Variable(type=binder.type, name=binder.name, role="bound")
                 inside.append(variable)
-                premises.append(Constraint(member(variable, binder.carrier), f"carrier of `{binder.written}`"))
+                premises.append(Constraint(member(variable, binder.carrier), f"{CARRIER}`{binder.written}`"))
             answer = prover.refutes(premises, application.condition, (*shown, *inside))
             finding = report.universal(
                 answer,

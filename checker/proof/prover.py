@@ -25,11 +25,13 @@ from cspcheck.checker.proof.lemmas import (
     named,
     rules,
     rules_of,
+    used_for,
     whole,
 )
 from cspcheck.checker.proof.normal import normal
 from cspcheck.checker.proof.prepared import lifted, prepared
 from cspcheck.checker.proof.question import (
+    CARRIER,
     CLAIM,
     Answer,
     Constraint,
@@ -42,9 +44,10 @@ from cspcheck.checker.proof.question import (
     Unanswered,
 )
 from cspcheck.checker.proof.situation import Situation
-from cspcheck.checker.proof.terms import all_of, negation, variables, variables_of
+from cspcheck.checker.proof.terms import all_of, negation, substitute, variables, variables_of
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Term, Variable
+from cspcheck.cspm.oz.typing.uses import outermost
 from cspcheck.cspm.oz.values.recursion import Recursion, recursions
 from cspcheck.cspm.oz.writing.core_text import text, written
 from cspcheck.cspm.source import Span
@@ -165,7 +168,12 @@ class Prover:
         known = self._lemmas.get(claim.name)
         if known is None:
             assumed, said, named = opened(claim.lemma.term)
-            before, self.help = self.help, Help(claim.lemma.using, claim.lemma.induction)
+            table = {(b.name, "bound"): v for b, v in zip(outermost(claim.lemma.term), named.values(), strict=True)}
+            using = [
+                replace(use, arguments=tuple(substitute(term, table) for term in use.arguments))
+                for use in claim.lemma.using
+            ]
+            before, self.help = self.help, Help(tuple(using), claim.lemma.induction)
             self._proving.append(claim.name)
             try:
                 known = self.refutes([*claim.premises, *assumed], said, named.values())
@@ -210,10 +218,17 @@ class Prover:
         if claim is not None:
             kind = "law" if claim.law else "lemma"
             return Hypothesis(kind, f"{kind} `{name}`", None if claim.law else part.span)
-        if part.what.startswith("carrier of "):
-            return Hypothesis("carrier", text(part.term), part.span)
+        if part.what.startswith(CARRIER):
+            return Hypothesis("carrier", self._membership(part), part.span)
         said = part.what if part.span is None else " ".join(part.span.text.split())
         return Hypothesis(part.what, said, part.span)
+
+    def _membership(self, part: Constraint) -> str:
+        """That a variable is in its carrier, as it is declared where a part says it of other terms."""
+        name = part.what.removeprefix(CARRIER).removesuffix(" afterwards").strip("`")
+        declared = {d.name: d for d in (*self.situation.variables, *self.situation.constants)}.get(name)
+        plain = isinstance(part.term, core.Apply) and isinstance(part.term.operands[0], Variable)
+        return text(part.term) if plain or declared is None else f"{name} in {text(declared.carrier)}"
 
     def _aside(self, way: Callable[[], _T]) -> _T:
         """What comes of a question that is no part of the proof at hand."""
@@ -234,19 +249,23 @@ class Prover:
 
     def _with_help(self, whole: tuple[Constraint, ...]) -> bool:
         """Whether what the user names proves that nothing satisfies *whole*."""
-        claims = []
-        for name in self.help.using:
-            claim = self.claim(name)
-            if claim is not None and self._holds(claim):
-                claims.append(claim)
+        claims: list[Claim] = []
+        told: list[Constraint] = []
+        for use in self.help.using:
+            claim = self.claim(use.name)
+            if claim is None or not self._holds(claim):
+                self._missing[use.name] = None
+            elif use.arguments:
+                told += used_for(claim, use.arguments, self.solver.definedness)
             else:
-                self._missing[name] = None
+                claims.append(claim)
+        whole = (*whole, *told)
         on = [v for v in variables_of(part.term for part in whole).values() if written(v) == self.help.induction]
         if on and on[0].role != "constant":
             total = tuple(self._total(whole))
             ways = schemes(total, on[0], self.specification.frees.values(), self.situation.axioms)
             return any(self._tried(self._in_all, scheme, claims, depth) for depth in (1, 2) for scheme in ways)
-        return bool(claims) and self._is_impossible(whole, claims)
+        return bool(claims or told) and self._is_impossible(whole, claims)
 
     def _in_all(self, scheme: Scheme, claims: Sequence[Claim], depth: int) -> bool:
         return all(self._is_impossible(case, claims, depth) for case in scheme.cases)

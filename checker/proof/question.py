@@ -6,11 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
-from cspcheck.cspm.oz.core import Term, Variable
+from cspcheck.cspm.oz.core import LemmaUse, Term, Variable
 from cspcheck.cspm.source import Span
 
 CLAIM = "claim"
 """What the part of a question is that contradicts what is to be proved."""
+CARRIER = "carrier of "
+"""Before the name of a variable, in what the part of a question is that puts it into its carrier."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,16 +50,16 @@ class Help:
     """What a user says that a proof needs.
 
     Attributes:
-        using: names of lemmas and laws.
+        using: lemmas and laws.
         induction: the variable to do induction on, as it is written; None: none is to be done.
     """
 
-    using: tuple[str, ...] = ()
+    using: tuple[LemmaUse, ...] = ()
     induction: str | None = None
 
-    def also(self, names: tuple[str, ...]) -> Help:
+    def also(self, uses: tuple[LemmaUse, ...]) -> Help:
         """The same with more lemmas."""
-        return Help(tuple(dict.fromkeys((*self.using, *names))), self.induction)
+        return Help(tuple(dict.fromkeys((*self.using, *uses))), self.induction)
 
 
 @dataclass(frozen=True, slots=True)

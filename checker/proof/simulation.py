@@ -469,6 +469,7 @@ def qualified(model: ClassModel, constants: bool) -> ClassModel:
             delta=tuple(map(name, operation.delta)),
             guard=terms(operation.guard),
             effect=terms(operation.effect),
+            using=tuple(replace(use, arguments=terms(use.arguments)) for use in operation.using),
         )
         for key, operation in model.operations.items()
     }
@@ -521,6 +522,7 @@ def with_parameters_of(model: ClassModel, other: ClassModel) -> ClassModel:
             ),
             guard=renamed(operation.guard, change),
             effect=renamed(operation.effect, change),
+            using=tuple(replace(use, arguments=renamed(use.arguments, change)) for use in operation.using),
         )
         channels[name] = replace(
             mine,
