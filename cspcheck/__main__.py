@@ -17,8 +17,8 @@ def main() -> NoReturn:
 
     A signal to end is an interrupt from the first moment on, while what the command needs is still being imported.
     """
-    # What a script is read into stays until the end: looking for cycles after every 700 objects is a tenth of the time of
-    # a small check.
+    # What a script is read into stays until the end: to look for cycles after every 700 objects is a tenth of the time
+    # of a small check.
     gc.set_threshold(*COLLECTOR)
     try:
         signal.signal(signal.SIGTERM, _interrupt)
