@@ -76,7 +76,8 @@ def shortest_cycle(waits_for: Blocked) -> tuple[int, ...] | None:
 
 def _shortest_cycle_through(start: int, waits_for: Blocked) -> tuple[int, ...] | None:
     # Breadth first, so the first that waits for the start closes the shortest cycle through it.
-    ways, seen = [(start,)], {start}
+    ways: list[tuple[int, ...]] = [(start,)]
+    seen = {start}
     for way in ways:  # grows
         others = waits_for.get(way[-1], set())
         if start in others:
