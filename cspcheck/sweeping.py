@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import product
 
 from cspcheck.cspm.diagnostics import Diagnostic
+from cspcheck.cspm.records import dataclass
 from cspcheck.result import Result
 
 MOST = 10_000

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from cspcheck.cspm.records import dataclass
 
 
 class Dependent(Exception):

@@ -8,7 +8,7 @@ holes share slots if they are never there at the same time.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.network.actions import Path
@@ -20,6 +20,7 @@ from cspcheck.checker.network.skeleton import Told, never
 from cspcheck.checker.semantics.head_normal import HeadNormalForms, definition_name
 from cspcheck.cspm.process.events import TICK
 from cspcheck.cspm.process.terms import Reference
+from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Span
 
 MOST_NAMES = 3
@@ -59,15 +60,32 @@ def network_of(formats: Formats, heads: HeadNormalForms, has_machines: Told = ne
 
 def _slots_of_their_own(formats: Formats) -> list[int]:
     """A slot for each place; one for all places that components pass between ."""
-    import networkx
+    passed = [
+        (format.places[path], after.format.places[path])
+        for format in formats.all
+        for after in format.nexts.values()
+        for path in kept(format, after)
+    ]
+    places = {place for format in formats.all for place in format.places.values()}
+    return _numbered(first_of_joined(len(places), passed))
 
-    passed = networkx.Graph()
-    passed.add_nodes_from(place for format in formats.all for place in format.places.values())
-    for format in formats.all:
-        for after in format.nexts.values():
-            passed.add_edges_from((format.places[path], after.format.places[path]) for path in kept(format, after))
-    first = {place: min(together) for together in networkx.connected_components(passed) for place in together}
-    return _numbered(first[place] for place in range(len(first)))
+
+def first_of_joined(number: int, pairs: Iterable[tuple[int, int]]) -> list[int]:
+    """For each of the numbers from 0 the smallest of those that the pairs join it with, one after the other."""
+    # Disjoint sets whose root is the smallest. NetworkX has them, too, but takes longer to be imported than all the
+    # rest of a small check.
+    above = list(range(number))
+
+    def first(one: int) -> int:
+        while above[one] != one:
+            above[one] = above[above[one]]
+            one = above[one]
+        return one
+
+    for pair in pairs:
+        one, other = sorted(map(first, pair))
+        above[other] = one
+    return [first(one) for one in range(number)]
 
 
 def _shared_slots(formats: Formats) -> list[int]:

@@ -7,7 +7,6 @@ multiplied out together, in arrays. Rules that would give too many instances sta
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +16,7 @@ from cspcheck.checker.kernels.arrays import WORD, Index, Rules, no_stubborn_tabl
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.network.network import Network, Switch
 from cspcheck.checker.packing.layout import Layout
+from cspcheck.cspm.records import dataclass
 
 
 class LocalTransitions:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Literal
 
+from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Span
 
 Severity = Literal["error", "warning", "info"]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from cspcheck.checker.arrays import Int64Array, UInt8Array
@@ -12,6 +10,7 @@ from cspcheck.checker.kernels.jit import Kernels
 from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.search.expansion import CAPACITY, Expander
 from cspcheck.checker.search.pairs import Pairs
+from cspcheck.cspm.records import dataclass
 
 _NO_VERDICTS: UInt8Array = np.zeros(0, dtype=np.uint8)
 

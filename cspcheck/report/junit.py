@@ -9,11 +9,12 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from xml.sax.saxutils import escape, quoteattr
 
 from cspcheck.checker.verdict import Verdict
 from cspcheck.cspm.diagnostics import Diagnostic, Severity
+from cspcheck.cspm.records import dataclass
 from cspcheck.report.diagnostics import render_diagnostic
 from cspcheck.report.explanation import explanation
 from cspcheck.report.sentences import sentence

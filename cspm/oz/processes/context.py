@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING
 
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.values.evaluation import TermEvaluator
 from cspcheck.cspm.oz.values.readings import written
+from cspcheck.cspm.records import dataclass
 
 if TYPE_CHECKING:
     from cspcheck.cspm.oz.processes.meaning import DataPart

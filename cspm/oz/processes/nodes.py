@@ -7,15 +7,26 @@ evaluation treat what a class brings like everything else in the script.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING
 
 from cspcheck.cspm.oz import core
+from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.syntax.tree import ModuleDeclaration, Name
 
 if TYPE_CHECKING:
     from cspcheck.cspm.oz.processes.context import ClassContext
+
+WIDE = "%"
+"""Behind the name of a given set without a reading: the datatype that its elements would be of."""
+OBJECTS = "%objects"
+"""Behind the name of a class: the datatype that its objects are of."""
+
+
+def given_name(datatype: str) -> str:
+    """The given or free type whose datatype has a name."""
+    return datatype.removesuffix(OBJECTS).removesuffix(WIDE)
 
 
 @dataclass(frozen=True, kw_only=True)

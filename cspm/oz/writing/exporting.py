@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from itertools import count
 from typing import Any, TypeVar
 
@@ -27,10 +27,9 @@ from cspcheck.cspm.oz import core, syntax as oz
 from cspcheck.cspm.oz.processes import messages as messages
 from cspcheck.cspm.oz.processes.classes import context_of
 from cspcheck.cspm.oz.processes.context import ClassContext
-from cspcheck.cspm.oz.processes.desugaring import OBJECTS, given_name
 from cspcheck.cspm.oz.processes.evaluating import Composition, shared_channels
 from cspcheck.cspm.oz.processes.meaning import DataPart
-from cspcheck.cspm.oz.processes.nodes import CarrierSet, ClassModule, ClassProcess, ConstantValue
+from cspcheck.cspm.oz.processes.nodes import OBJECTS, CarrierSet, ClassModule, ClassProcess, ConstantValue, given_name
 from cspcheck.cspm.oz.values.conversion import Conversion
 from cspcheck.cspm.oz.writing.expressions import ExpressionWriter, Unwritable
 from cspcheck.cspm.oz.writing.parametric import data_process
@@ -42,6 +41,7 @@ from cspcheck.cspm.printing.printer import print_assertion, print_expression, pr
 from cspcheck.cspm.process import terms as process
 from cspcheck.cspm.process.events import EventSet
 from cspcheck.cspm.process.terms import Process, Reference
+from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.script import Assertion as ScriptAssertion, Script
 from cspcheck.cspm.source import Source
 from cspcheck.cspm.syntax import tree as syntax
