@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from cspcheck.checker.arrays import Int64Array, distinct
 from cspcheck.checker.guard import afford
 from cspcheck.checker.sparse_rows import gather_rows
-from cspcheck.cspm.records import dataclass
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from enum import StrEnum
 from html import escape
 from typing import TYPE_CHECKING, Final, Literal
 
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.syntax.tree import Model, PropertyKind
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ import os
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Protocol
@@ -17,7 +17,6 @@ from cspcheck.checker.guard import Guard, machine_memory
 from cspcheck.checker.verdict import Limits, Outcome, Termination, Verdict
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
 from cspcheck.cspm.interruption import Stopped
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Source
 from cspcheck.messages import cannot_write, too_much_to_read, unsuited_checkpoint
 from cspcheck.result import INTERRUPTED, Result, answer

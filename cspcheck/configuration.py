@@ -10,12 +10,11 @@ import os
 import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, get_args
 
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Source, Span
 from cspcheck.cspm.spelling import suggestions
 from cspcheck.messages import unknown_setting, unreadable_settings, wrong_setting

@@ -7,12 +7,12 @@ performed or a branch that is never taken is told; what stands behind it is not,
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from cspcheck.cspm.evaluator.recording import RecordingEvaluator
 from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
 from cspcheck.cspm.process.terms import ExternalChoice, InternalChoice, Prefix, Process, Reference
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.syntax.children import children

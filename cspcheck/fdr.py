@@ -12,11 +12,11 @@ A process that has terminated is a deadlock to ``deadlock free``, as it is in FD
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 import cspcheck
 from cspcheck.cspm.diagnostics import ScriptError
-from cspcheck.cspm.records import dataclass
 from cspcheck.report.refines import NO_EVENT, TAU, TICK, UNCHANGED, EventNumbers, counterexample_object
 from cspcheck.result import Result
 

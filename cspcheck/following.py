@@ -8,7 +8,7 @@ look into a table for each event.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from cspcheck.checker.semantics.transitions import Semantics
@@ -16,7 +16,6 @@ from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.process.events import TAU, TICK, EventSet, EventTable
 from cspcheck.cspm.process.terms import Hide, Parallel, Process, Reference
 from cspcheck.cspm.process.text import describe
-from cspcheck.cspm.records import dataclass
 from cspcheck.report.style import harmless
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 from hashlib import sha256
 from typing import TYPE_CHECKING, Literal
@@ -13,7 +13,6 @@ from cspcheck import checking
 from cspcheck.checker.verdict import Verdict
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.parsing.reading import parse
-from cspcheck.cspm.records import dataclass
 from cspcheck.equivalence import MOST_STATES, Version, equivalent, subjects
 from cspcheck.mutation import Change, Reach, mutants
 from cspcheck.selection import AssertionPattern, select

@@ -23,10 +23,10 @@ import json
 import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from cspcheck.cspm.diagnostics import ScriptError
-from cspcheck.cspm.records import dataclass
 from cspcheck.messages import cannot_read, wrong_pattern, wrong_record
 from cspcheck.runs import RecordedEvent
 

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import random
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from cspcheck.checker.explain.blocked_terms import waiting
 from cspcheck.checker.explain.running import Performed, Runner, Running, RunningComponent, distinct_names
 from cspcheck.cspm.process.events import TAU, TICK, EventTable
 from cspcheck.cspm.process.terms import Process, Terminated
-from cspcheck.cspm.records import dataclass
 
 HIDDEN = 10_000
 """States that are looked at to find the taus before a wanted event."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING, Literal
 
 from cspcheck.checker.verdict import DEFAULT_MODELS, Counterexample, EverySize, Outcome, Verdict
 from cspcheck.cspm.diagnostics import Diagnostic
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.syntax import tree as syntax
 
 if TYPE_CHECKING:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from typing import Any
 
 from cspcheck.cspm.diagnostics import ScriptError
-from cspcheck.cspm.records import dataclass
 from cspcheck.following import Departure, Follower, at
 from cspcheck.messages import wrong_record
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from itertools import product
 
 from cspcheck.cspm.diagnostics import Diagnostic
-from cspcheck.cspm.records import dataclass
 from cspcheck.result import Result
 
 MOST = 10_000

@@ -11,10 +11,9 @@ machines, 6 classes (CSP-OZ), 7 proof, 8 generated programs, 9 the tool itself.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, ClassVar, ParamSpec
-
-from cspcheck.cspm.records import dataclass
 
 if TYPE_CHECKING:
     from cspcheck.cspm.source import Span
@@ -57,8 +56,6 @@ class Diagnostic:
 
     def with_notes(self, *notes: str) -> Diagnostic:
         """The same diagnostic with further notes at the end."""
-        from dataclasses import replace
-
         return replace(self, notes=self.notes + notes)
 
 

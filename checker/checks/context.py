@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from cspcheck.checker.search.exploration import Exploration, Successors
 from cspcheck.checker.search.paths import PathStep
 from cspcheck.checker.verdict import Counterexample, Outcome, Verdict
 from cspcheck.cspm.process.events import EventTable
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.syntax.tree import Assertion
 
 CHUNK = 1 << 16

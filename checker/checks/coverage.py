@@ -8,7 +8,7 @@ by the operational semantics down to the prefix that performs it.
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -22,7 +22,6 @@ from cspcheck.checker.semantics.steps import Row, Step
 from cspcheck.checker.semantics.transitions import Semantics
 from cspcheck.cspm.process.events import TAU, TICK
 from cspcheck.cspm.process.terms import Hide, LinkedParallel, Prefix, Process, Project, Rename
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.recursion import deep_recursion
 from cspcheck.cspm.source import Span
 

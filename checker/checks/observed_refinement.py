@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -24,7 +24,6 @@ from cspcheck.checker.specification.observations import Observations, Observed, 
 from cspcheck.checker.verdict import Counterexample, Outcome, Verdict
 from cspcheck.cspm.process.events import TAU, TICK
 from cspcheck.cspm.process.terms import Process
-from cspcheck.cspm.records import dataclass
 
 ObservedModel = Literal["V", "VD", "R", "RD"]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from math import log2
 from typing import Literal
@@ -14,7 +15,6 @@ from cspcheck.checker.reduction.composing import MOST_PRODUCT, ComposedNetwork, 
 from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.specification.normal_form import FailuresModel
 from cspcheck.cspm.process.events import FIRST_EVENT, TAU
-from cspcheck.cspm.records import dataclass
 
 WORTH_WHILE = 2
 """A reduced network is searched if it could have fewer states than the network by so many powers of two."""

@@ -6,7 +6,7 @@ the implementation's states that common traces lead to are searched breadth firs
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -30,7 +30,6 @@ from cspcheck.checker.specification.normal_form import NormalForm, NormalModel
 from cspcheck.checker.verdict import BY_STEPS, Counterexample, Outcome, Verdict
 from cspcheck.cspm.process.events import TICK
 from cspcheck.cspm.process.terms import Process
-from cspcheck.cspm.records import dataclass
 
 REPLAYED_SPECIFICATION = 2_000
 """A counterexample is also held against the specification's terms if no more states than this must be looked at."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -22,7 +22,6 @@ from cspcheck.checker.verdict import ComponentBehaviour, Counterexample, Counter
 from cspcheck.cspm.process.events import FIRST_EVENT, TAU, TICK, EventTable
 from cspcheck.cspm.process.terms import STOP, Process
 from cspcheck.cspm.process.text import describe
-from cspcheck.cspm.records import dataclass
 
 REPLAYED_COMPONENT = 5_000
 """A compressed component is replayed if no more states than this of its operand must be looked at."""

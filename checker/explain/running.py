@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from cspcheck.checker.network.actions import Path
 from cspcheck.checker.network.shapes import INTERRUPTS, JOINING, STATIC_UNARY, UNARY, template
@@ -18,7 +18,6 @@ from cspcheck.checker.semantics.steps import Row
 from cspcheck.checker.semantics.transitions import Semantics
 from cspcheck.cspm.process.events import TICK
 from cspcheck.cspm.process.terms import Compressed, Fused, Prioritised, Process, Reference, Sequential, Throw
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.recursion import deep_recursion
 from cspcheck.cspm.source import Span
 

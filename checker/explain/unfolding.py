@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -19,7 +19,6 @@ from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.reduction.composing import ComposedNetwork, ComposedPart, Joint, product, relabelled
 from cspcheck.checker.search.paths import PathStep
 from cspcheck.cspm.process.events import TAU
-from cspcheck.cspm.records import dataclass
 
 Edge = tuple[int, int, int]
 """A source, a label and a target."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
@@ -11,7 +11,6 @@ from cspcheck.checker.verdict import EverySize, Outcome, Verdict
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.naming.resolve import resolve
 from cspcheck.cspm.naming.symbols import Names, Symbol, SymbolKind
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.recursion import deep_recursion
 from cspcheck.cspm.syntax import tree as s
 from cspcheck.cspm.syntax.children import children

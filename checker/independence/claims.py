@@ -19,6 +19,7 @@ specification determined by its trace; those of determinism are two of the proce
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from cspcheck.checker.independence.reading import ProcessReader, ScriptReader
@@ -26,7 +27,6 @@ from cspcheck.checker.independence.shapes import Determined, StateSize
 from cspcheck.checker.independence.uses import Dependent, total
 from cspcheck.checker.verdict import EverySize, Verdict
 from cspcheck.cspm.oz.processes.nodes import given_name
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.syntax import tree as s
 
 if TYPE_CHECKING:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cspcheck.cspm.records import dataclass
+from dataclasses import dataclass
 
 
 class Dependent(Exception):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import inspect
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cache
 from types import FunctionType
 from typing import Any, get_args, get_origin, get_type_hints
@@ -12,7 +13,6 @@ from typing import Any, get_args, get_origin, get_type_hints
 from llvmlite import ir
 
 from cspcheck.checker.arrays import Int32Array, Int64Array, UInt8Array
-from cspcheck.cspm.records import dataclass
 
 WORD = ir.IntType(64)
 BIT = ir.IntType(1)

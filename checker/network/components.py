@@ -8,7 +8,7 @@ runs only until its first visible event.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -24,7 +24,6 @@ from cspcheck.checker.semantics.transitions import Explored, MoreStates, Poll, S
 from cspcheck.cspm.interruption import during
 from cspcheck.cspm.process.events import TAU, TICK, EventSet
 from cspcheck.cspm.process.terms import NO_EVENTS, SKIP, MachineState, Process
-from cspcheck.cspm.records import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
 from cspcheck.checker.network import endings
 from cspcheck.checker.network.actions import (
@@ -59,7 +59,6 @@ from cspcheck.cspm.process.terms import (
     SynchronisingInterrupt,
     Throw,
 )
-from cspcheck.cspm.records import dataclass
 
 MOST_FORMATS = 2_000
 MOST_INSIDE = 500

@@ -12,10 +12,10 @@ the states of the others; the whole performs ``result``. Hiding and renaming hav
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from cspcheck.checker.lts import Lts
 from cspcheck.cspm.process.terms import Process
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Span
 
 

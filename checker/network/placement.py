@@ -8,7 +8,7 @@ holes share slots if they are never there at the same time.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import field
+from dataclasses import dataclass, field
 
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.network.actions import Path
@@ -20,7 +20,6 @@ from cspcheck.checker.network.skeleton import Told, never
 from cspcheck.checker.semantics.head_normal import HeadNormalForms, definition_name
 from cspcheck.cspm.process.events import TICK
 from cspcheck.cspm.process.terms import Reference
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Span
 
 MOST_NAMES = 3

@@ -10,13 +10,12 @@ treated here.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from cspcheck.checker.network.actions import Action, hidden, projected, renamed
 from cspcheck.checker.network.network import Network, Rule
 from cspcheck.cspm.process.events import TAU, TICK
 from cspcheck.cspm.process.terms import External, Hide, Prioritised, Process, Project, Reference, Rename
-from cspcheck.cspm.records import dataclass
 
 MOST_BITS = 62
 """So many kinds of events that others give way to fit into a word."""

@@ -11,6 +11,7 @@ operators above it stand. So equal terms are equal states, and no component ever
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 
 from cspcheck.checker.network.actions import Path
 from cspcheck.checker.network.components import ALONE, Interrupting, Joined, Role
@@ -29,7 +30,6 @@ from cspcheck.cspm.process.terms import (
     SynchronisingInterrupt,
     Throw,
 )
-from cspcheck.cspm.records import dataclass
 
 JOINING = (Parallel, AlphabetisedParallel, LinkedParallel)
 STATIC_UNARY = (Hide, Project, Rename)

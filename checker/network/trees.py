@@ -7,6 +7,7 @@ operators. ``chase`` follows the first tau, so it needs that order.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from cspcheck.checker.network.skeleton import Component
@@ -23,7 +24,6 @@ from cspcheck.cspm.process.terms import (
     Reference,
     Rename,
 )
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.recursion import deep_recursion
 
 Moves = Sequence[tuple[int, int]]

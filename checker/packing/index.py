@@ -6,6 +6,7 @@ A home is a run of a few neighbouring fields; it lists for each of its values th
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,7 +14,6 @@ from cspcheck.checker.arrays import BoolArray, Int32Array, Int64Array, distinct
 from cspcheck.checker.kernels.arrays import Index
 from cspcheck.checker.packing.instances import Instances, LocalTransitions, RuleGroup
 from cspcheck.checker.packing.layout import BitField, Layout
-from cspcheck.cspm.records import dataclass
 
 HOME_BITS = 8
 """Neighbouring fields share a home up to this many bits: 256 lists, which the cache holds."""

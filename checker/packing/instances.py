@@ -7,6 +7,7 @@ multiplied out together, in arrays. Rules that would give too many instances sta
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +17,6 @@ from cspcheck.checker.kernels.arrays import WORD, Index, Rules, no_stubborn_tabl
 from cspcheck.checker.lts import Lts
 from cspcheck.checker.network.network import Network, Switch
 from cspcheck.checker.packing.layout import Layout
-from cspcheck.cspm.records import dataclass
 
 
 class LocalTransitions:

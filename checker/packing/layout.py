@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from cspcheck.checker.arrays import Int64Array
 from cspcheck.checker.kernels.arrays import WORD_BITS
 from cspcheck.checker.network.network import Network
-from cspcheck.cspm.records import dataclass
 
 
 @dataclass(frozen=True, slots=True)

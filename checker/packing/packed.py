@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import product as cartesian
 
 import numpy as np
@@ -24,7 +25,6 @@ from cspcheck.checker.packing.instances import (
 from cspcheck.checker.packing.layout import BitField, Layout, lay_out, packed_state
 from cspcheck.checker.packing.overlaps import careful_events, cycling_rules
 from cspcheck.cspm.process.events import TAU, TICK
-from cspcheck.cspm.records import dataclass
 
 INSTANCES_PER_RULE = 4_096
 """A rule of several participants that would have more instances stays a product."""

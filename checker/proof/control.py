@@ -8,11 +8,11 @@ interrupts) is left to the search of the state space.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from itertools import product
 
 from cspcheck.cspm.oz.core import ClassModel, ProcessPart
 from cspcheck.cspm.oz.typing.equations import defined_name
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
 

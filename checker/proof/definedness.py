@@ -12,6 +12,7 @@ where it stands. A condition is a core term, so that it can be proved, evaluated
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 from cspcheck.checker.proof.one_point import simplified
 from cspcheck.checker.proof.terms import (
@@ -32,7 +33,6 @@ from cspcheck.checker.proof.terms import (
 )
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import BOOL, INT, Apply, Binder, Constant, Term, Variable
-from cspcheck.cspm.records import dataclass
 
 
 @dataclass(frozen=True, slots=True)

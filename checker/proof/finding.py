@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Literal
 
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Span
 
 Severity = Literal["error", "warning", "info"]

@@ -9,7 +9,7 @@ the back, either will do.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from cspcheck.checker.proof.question import CARRIER, Constraint
 from cspcheck.checker.proof.terms import (
@@ -30,7 +30,6 @@ from cspcheck.checker.proof.terms import (
 )
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Apply, Term, Variable
-from cspcheck.cspm.records import dataclass
 
 INDUCTION = "induction"
 """What a part of a question is that is known of smaller values."""

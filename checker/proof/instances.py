@@ -8,7 +8,7 @@ What equations say of after-values and outputs is put in their place first.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from itertools import islice
 
 from cspcheck.checker.proof.normal import items_of, joined
@@ -18,7 +18,6 @@ from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import BOOL, Apply, Term, Variable
 from cspcheck.cspm.oz.typing.uses import with_types
 from cspcheck.cspm.oz.values.substitution import rebuilt
-from cspcheck.cspm.records import dataclass
 
 MOST_INSTANCES = 24
 """Of one lemma so many are taken at most."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
@@ -19,7 +20,6 @@ from cspcheck.checker.proof.channel import ForeignValue, Sources, TooDeep, packe
 from cspcheck.checker.proof.question import Constraint, Found, Request
 from cspcheck.cspm.caches import cache_folder, seal, store, unsealed, usable
 from cspcheck.cspm.oz import core
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.recursion import deep_recursion
 
 MOST_BYTES = 64 << 20

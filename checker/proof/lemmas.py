@@ -8,7 +8,7 @@ these must be defined everywhere, because what a lemma says it says of values.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 
 from cspcheck.checker.proof.definedness import Definedness
@@ -38,7 +38,6 @@ from cspcheck.checker.proof.terms import (
 from cspcheck.cspm.oz import core, laws
 from cspcheck.cspm.oz.core import Term, Variable
 from cspcheck.cspm.oz.typing.uses import fitted
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Span
 
 _ROUNDS = 2

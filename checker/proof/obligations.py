@@ -6,7 +6,7 @@ Numbers are those of the list in ``docs/proof.md``. Obligations are about the re
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 from cspcheck.checker.proof import (
@@ -19,7 +19,6 @@ from cspcheck.checker.proof.finding import Finding, Severity
 from cspcheck.checker.proof.prover import ObligationReport, Prover
 from cspcheck.checker.proof.question import Help, Impossible
 from cspcheck.cspm.oz import core
-from cspcheck.cspm.records import dataclass
 
 Check: TypeAlias = Callable[[Prover, ObligationReport, core.Operation | None], Iterable[Finding]]
 

@@ -8,7 +8,7 @@ and the inputs imply anyway is left out of the answer.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from cspcheck.checker.proof.encode_functions import first_of
@@ -34,7 +34,6 @@ from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import BOOL, Apply, Constant, Operation, Term
 from cspcheck.cspm.oz.values.substitution import rebuilt
 from cspcheck.cspm.oz.writing.core_text import text
-from cspcheck.cspm.records import dataclass
 
 _QE_SECONDS = 5.0
 _MOST_CASES = 16

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
 from cspcheck.cspm.oz.core import LemmaUse, Term, Variable
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Span
 
 CLAIM = "claim"

@@ -12,7 +12,7 @@ give the refinement of the classes, because parallel composition and hiding are 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from cspcheck.checker.proof.finding import Finding
 from cspcheck.checker.proof.lemmas import claims_of
@@ -46,7 +46,6 @@ from cspcheck.checker.proof.terms import (
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import ClassModel, Declared, Operation, Parameter, Term, Variable
 from cspcheck.cspm.oz.writing.core_text import text
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Span
 
 RULES = (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import z3
 
@@ -27,7 +28,6 @@ from cspcheck.checker.proof.sorts import Expr, Unsupported
 from cspcheck.checker.proof.terms import Key, Unknown, is_false, is_true, substitute, universe, variables_of
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Term, Variable
-from cspcheck.cspm.records import dataclass
 
 STEPS = 500_000
 """So many of the solver's steps count as a second: what it takes on an ordinary machine, within a factor of three."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import count
 from typing import TypeAlias
 
@@ -11,7 +11,6 @@ from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import BOOL, Apply, Binder, Constant, Quantifier, Term, Variable
 from cspcheck.cspm.oz.values.substitution import rebuilt
 from cspcheck.cspm.oz.writing.core_text import written
-from cspcheck.cspm.records import dataclass
 
 Key: TypeAlias = tuple[str, str]
 """A variable as it is looked up: name and role."""

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Callable, Collection, Iterable
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -27,7 +27,6 @@ from cspcheck.checker.reduction.compression import eliminate_diamonds
 from cspcheck.checker.sparse_rows import gather_rows
 from cspcheck.checker.specification.normal_form import FailuresModel
 from cspcheck.cspm.process.events import FIRST_EVENT, TAU, TICK
-from cspcheck.cspm.records import dataclass
 
 MOST_PRODUCT = 50_000
 """Pairs of states past which two components are not composed."""

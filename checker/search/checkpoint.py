@@ -14,7 +14,7 @@ import json
 import os
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, field
+from dataclasses import asdict, dataclass, field
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,6 @@ import numpy as np
 from cspcheck.checker.arrays import Int64Array, UInt8Array
 from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.search.pairs import Pairs
-from cspcheck.cspm.records import dataclass
 
 EVERY = 60.0
 """Seconds between two checkpoints of a search; one that ends before the first is never written."""

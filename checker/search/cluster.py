@@ -15,7 +15,7 @@ import os
 import threading
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -34,7 +34,6 @@ from cspcheck.checker.search.ranks import MpiRanks, Ranks
 from cspcheck.checker.search.walk import Walk
 from cspcheck.checker.search.worker import Wave, Worker, drop_at_divergent_nodes
 from cspcheck.checker.verdict import Limits
-from cspcheck.cspm.records import dataclass
 
 BATCH = 1 << 17
 """Transitions that a process sends at a time, about."""

@@ -8,7 +8,7 @@ on the number of workers.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -23,7 +23,6 @@ from cspcheck.checker.search.levels import NO_LIMITS, Progress
 from cspcheck.checker.search.tau_cycles import divergent_states_of_level, tau_cyclic_states
 from cspcheck.checker.search.walk import CHUNK, Transitions, Walk, transitions_of
 from cspcheck.checker.verdict import Limits
-from cspcheck.cspm.records import dataclass
 
 __all__ = ["Exploration", "Progress", "StopReason", "Successors", "enabled", "explore", "successors"]
 

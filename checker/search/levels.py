@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import operator
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -27,7 +28,6 @@ from cspcheck.checker.search.visited import Visited
 from cspcheck.checker.search.walk import Walk
 from cspcheck.checker.search.worker import Wave, Worker, drop_at_divergent_nodes
 from cspcheck.checker.verdict import Limits
-from cspcheck.cspm.records import dataclass
 
 INTERPRETED_TRANSITIONS = 8_000
 """A search that has more transitions than this changes to the compiled kernels."""

@@ -7,6 +7,7 @@ a machine alone; its levels are those of the trace that leads to it. Taus of the
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Literal
 
 from cspcheck.checker.arrays import Int64Array
@@ -19,7 +20,6 @@ from cspcheck.checker.search.pairs import LazyNormalForm, Pairs
 from cspcheck.checker.search.walk import CHUNK, refusing_rows, transitions_of
 from cspcheck.checker.specification.normal_form import NormalForm, NormalModel
 from cspcheck.checker.verdict import Limits
-from cspcheck.cspm.records import dataclass
 
 __all__ = ["LazyNormalForm", "PairExploration", "Violation", "ViolationKind", "explore_pairs"]
 

@@ -7,6 +7,8 @@ marked states; and along that trace the path with the fewest taus is picked.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from cspcheck.checker.arrays import BoolArray, Int64Array, among, distinct
@@ -14,7 +16,6 @@ from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.search.walk import CHUNK, Transitions, Walk, backwards
 from cspcheck.checker.sparse_rows import gather_rows
 from cspcheck.cspm.process.events import TAU
-from cspcheck.cspm.records import dataclass
 
 _FAR = np.iinfo(np.int64).max
 

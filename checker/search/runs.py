@@ -9,14 +9,13 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from cspcheck.checker.arrays import Int64Array
 from cspcheck.checker.kernels.jit import Kernels
-from cspcheck.cspm.records import dataclass
 
 BLOCK = 1 << 15
 """Rows that are read at a time."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,7 +17,6 @@ from cspcheck.checker.search.pairs import Pairs
 from cspcheck.checker.search.visited import Visited
 from cspcheck.checker.sparse_rows import gather_rows
 from cspcheck.cspm.process.events import TAU
-from cspcheck.cspm.records import dataclass
 
 CHUNK = 1 << 16
 """Rows that are expanded in detail at a time."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from cspcheck.checker.arrays import Int64Array, UInt8Array
@@ -10,7 +12,6 @@ from cspcheck.checker.kernels.jit import Kernels
 from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.search.expansion import CAPACITY, Expander
 from cspcheck.checker.search.pairs import Pairs
-from cspcheck.cspm.records import dataclass
 
 _NO_VERDICTS: UInt8Array = np.zeros(0, dtype=np.uint8)
 

@@ -7,11 +7,12 @@ be known for that.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from cspcheck.checker.semantics.steps import Row
 from cspcheck.checker.semantics.transitions import Semantics
 from cspcheck.cspm.process.events import TAU, TICK
 from cspcheck.cspm.process.terms import Process
-from cspcheck.cspm.records import dataclass
 
 
 class NotDerivable(Exception):

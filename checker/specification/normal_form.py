@@ -23,12 +23,12 @@ sliding choice disagree with their laws.)
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from cspcheck.checker.arrays import BoolArray, Int32Array, Int64Array
-from cspcheck.cspm.records import dataclass
 
 NormalModel = Literal["T", "F", "FD"]
 """The models that a normal form is made for."""

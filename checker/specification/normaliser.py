@@ -9,6 +9,7 @@ there is little of it, then compiled ones.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
@@ -29,7 +30,6 @@ from cspcheck.checker.specification.acceptances import (
 )
 from cspcheck.checker.specification.normal_form import NormalForm, NormalModel
 from cspcheck.cspm.process.events import TAU
-from cspcheck.cspm.records import dataclass
 
 INTERPRETED = 10_000
 """So many states and transitions are looked at before compiled kernels are worth loading."""

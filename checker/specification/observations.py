@@ -19,6 +19,7 @@ A state that can tick offers tick alone, as everywhere; what else it does belong
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -30,7 +31,6 @@ from cspcheck.checker.lts import Lts, machine, sources
 from cspcheck.checker.sparse_rows import gather_rows
 from cspcheck.checker.specification.acceptances import StateAcceptances
 from cspcheck.cspm.process.events import FIRST_EVENT, TAU, TICK
-from cspcheck.cspm.records import dataclass
 
 Observed = Literal["V", "R"]
 

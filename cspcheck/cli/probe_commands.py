@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.process.events import TAU
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.spelling import suggestions
 from cspcheck.probing import NoSuchStep, Probe, ProbeStep, step_name
 from cspcheck.quantities import count

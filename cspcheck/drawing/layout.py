@@ -10,12 +10,10 @@ there, so that labels take part in the layout and never lie on each other (Gansn
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import networkx
-
-from cspcheck.cspm.records import dataclass
 
 SWEEPS = 12
 """Rounds of the crossing reduction; more do not help on graphs of a size that a person can read."""

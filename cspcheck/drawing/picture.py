@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Literal
-
-from cspcheck.cspm.records import dataclass
 
 NodeKind = Literal["state", "initial", "deadlock", "terminated", "component", "junction"]
 EdgeKind = Literal["event", "tau", "channel", "flow"]

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from itertools import accumulate, zip_longest
 
 from cspcheck.checker.verdict import Counterexample
-from cspcheck.cspm.records import dataclass
 from cspcheck.drawing.svg import BASELINE, LINE_HEIGHT, document, text_width
 from cspcheck.drawing.text import escape
 from cspcheck.report.steps import step_text

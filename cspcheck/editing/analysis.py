@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
@@ -17,7 +17,6 @@ from cspcheck.cspm.naming.symbols import Names, Symbol
 from cspcheck.cspm.notation import extension
 from cspcheck.cspm.parsing.reading import parse, read_source
 from cspcheck.cspm.printing.printer import print_assertion
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Source, Span
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.syntax.children import children

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 from cspcheck.cspm.naming.symbols import Names, Symbol, SymbolKind
 from cspcheck.cspm.oz import syntax as oz
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.syntax.children import children

@@ -7,9 +7,8 @@ mistake, dashes under the places that have a part in it, and a bracket beside a 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import field
+from dataclasses import dataclass, field
 
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Source, Span
 from cspcheck.report.style import Style, columns, harmless
 

@@ -9,12 +9,11 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from xml.sax.saxutils import escape, quoteattr
 
 from cspcheck.checker.verdict import Verdict
 from cspcheck.cspm.diagnostics import Diagnostic, Severity
-from cspcheck.cspm.records import dataclass
 from cspcheck.report.diagnostics import render_diagnostic
 from cspcheck.report.explanation import explanation
 from cspcheck.report.sentences import sentence

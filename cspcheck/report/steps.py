@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 from cspcheck.checker.verdict import Counterexample
-from cspcheck.cspm.records import dataclass
 from cspcheck.quantities import count
 from cspcheck.report.sentences import possible
 from cspcheck.report.style import Style, columns, harmless, pad

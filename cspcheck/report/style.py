@@ -5,9 +5,8 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Literal, TextIO
-
-from cspcheck.cspm.records import dataclass
 
 ColorChoice = Literal["auto", "always", "never"]
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from cspcheck.cspm.naming.symbols import Symbol
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.values.dots import ChannelHead, Event
 from cspcheck.cspm.values.thunks import Code
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from cspcheck.cspm.evaluator.core import PROCESSES, VALUES, Evaluator
@@ -19,7 +20,6 @@ from cspcheck.cspm.evaluator.patterns import (
 )
 from cspcheck.cspm.evaluator.timed import timed_prefix
 from cspcheck.cspm.process.terms import STOP, InternalChoice, Prefix, Process
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.values import dots, messages as messages

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import Any
 
 from cspcheck.cspm.diagnostics import Diagnostic
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
 

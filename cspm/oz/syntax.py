@@ -9,10 +9,10 @@ What a tree means, with types and flattened inheritance, is said in :mod:`cspche
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import ClassVar, Literal
 
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.syntax.tree import Assertion, Declaration, NameDeclaration, Node, Paragraph as Paragraph
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final, Literal
 
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.parsing import messages as messages
 from cspcheck.cspm.parsing.patterns import names_in
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as s
 

@@ -22,14 +22,13 @@ have names in capitals.
 from __future__ import annotations
 
 import re
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Final, Literal
 
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.notation import extension
 from cspcheck.cspm.parsing import lexing_messages as lexing
 from cspcheck.cspm.parsing.habit_messages import markdown
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Source, Span
 from cspcheck.cspm.spelling import suggestions
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Final
 
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.parsing import messages as messages
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.syntax import tree as s
 
 _REPORTED: Final = -(10**9)

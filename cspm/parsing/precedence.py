@@ -13,12 +13,12 @@ The method is Dijkstra's shunting yard (operator precedence with two stacks), so
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Final, cast
 
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.parsing import messages as messages
 from cspcheck.cspm.parsing.patterns import BothExpr
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as s
 

@@ -11,13 +11,13 @@ import json
 import logging
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, Final
 
 from cspcheck.cspm.caches import cache_folder, seal, store, unsealed, usable
-from cspcheck.cspm.records import dataclass
 
 GRAMMAR: Final = Path(__file__).with_name("grammar") / "cspm.lark"
 STARTS: Final = ("script", "lone_expression", "lone_assertion")

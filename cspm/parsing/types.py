@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Final
 
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.parsing import messages as messages
 from cspcheck.cspm.parsing.lexer import Tokens
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as s
 

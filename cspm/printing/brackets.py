@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Final
 
 from cspcheck.cspm.parsing.precedence import SIGN_LEVELS
 from cspcheck.cspm.printing.layout import LINE, SOFT, Doc, cat, first_text, group, join, nest
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.syntax import tree as s
 
 OPERAND: Final = 1

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 from cspcheck.cspm.diagnostics import ScriptError, Severity
@@ -21,7 +21,6 @@ from cspcheck.cspm.parsing.reading import is_markup, parse_alone
 from cspcheck.cspm.printing.declarations import Printer
 from cspcheck.cspm.printing.layout import WIDTH, lay_out
 from cspcheck.cspm.printing.printer import print_script
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Source
 from cspcheck.cspm.syntax import tree as s
 

@@ -9,9 +9,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import Final, TypeAlias
-
-from cspcheck.cspm.records import dataclass
 
 WIDTH: Final = 100
 DEEPEST_INDENT: Final = 60

@@ -14,10 +14,10 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from cspcheck.cspm.process.places import Places
-from cspcheck.cspm.records import dataclass
 
 TAU = 0
 """The internal action."""

@@ -12,11 +12,11 @@ a reference.
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, TypeAlias
 
 from cspcheck.cspm.process.events import EventSet
 from cspcheck.cspm.process.hash_consing import HashConsed
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Span
 
 if TYPE_CHECKING:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Literal
 
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Span
 
 

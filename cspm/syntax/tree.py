@@ -9,11 +9,10 @@ tree outlives them) and never change the tree.
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import ClassVar, Literal
 
 from cspcheck.cspm.diagnostics import Diagnostic
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.syntax.nodes import (
     BothPattern as BothPattern,
     ConcatPattern as ConcatPattern,

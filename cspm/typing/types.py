@@ -15,8 +15,8 @@ to a :class:`Row`, never to an ordinary type.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Span
 
 Constraints = int

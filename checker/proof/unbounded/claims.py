@@ -9,7 +9,7 @@ as an observer, which is right where its data after a trace are determined by th
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal, TypeVar
 
 from cspcheck.checker.proof.question import Constraint
@@ -38,7 +38,6 @@ from cspcheck.checker.proof.unbounded.system import (
     some,
 )
 from cspcheck.cspm.oz.core import Term, Variable
-from cspcheck.cspm.records import dataclass
 
 MOST_PLACES = 60
 

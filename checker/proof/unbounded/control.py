@@ -7,6 +7,7 @@ the machine stands for all events of its channel. Everything else is said to be 
 from __future__ import annotations
 
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 from cspcheck.checker.budget import LimitReached
 from cspcheck.checker.semantics.transitions import explore
@@ -19,7 +20,6 @@ from cspcheck.cspm.process.construction import external_choice, prefix
 from cspcheck.cspm.process.definitions import Definition
 from cspcheck.cspm.process.events import TAU, TICK, EventSet
 from cspcheck.cspm.process.terms import Process, Reference
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.syntax import tree as syntax
 
 MOST_STATES = 200

@@ -10,7 +10,7 @@ Chaki, *SMT-based model checking for recursive programs*, CAV 2014).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from cspcheck.checker.proof.prover import Prover
 from cspcheck.checker.proof.question import Answer, Constraint, Found, Horn, Impossible, ProofClause
@@ -33,7 +33,6 @@ from cspcheck.checker.proof.terms import (
 from cspcheck.checker.proof.unbounded.claims import Claim, Problem, Step
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Apply, Constant, Term, Variable
-from cspcheck.cspm.records import dataclass
 
 MOST_CANDIDATES = 60
 MOST_QUESTIONS = {"equations": 120, "predicates": 400, "clauses": 400, "smaller": 150}

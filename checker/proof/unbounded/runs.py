@@ -7,7 +7,7 @@ anything is said of them. (Bounded model checking: Biere, Cimatti, Clarke, Zhu, 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from cspcheck.checker.proof.prover import Prover
 from cspcheck.checker.proof.question import Constraint, Found, Impossible
@@ -24,7 +24,6 @@ from cspcheck.checker.proof.unbounded.claims import Claim, Problem, Step
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Term, Variable
 from cspcheck.cspm.oz.writing.core_text import text
-from cspcheck.cspm.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ predicates over the variables before and after, and the parameters of the event.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -31,7 +31,6 @@ from cspcheck.checker.proof.terms import (
 from cspcheck.checker.proof.unbounded.control import Control, UnreadableProcess, control
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Term, Variable
-from cspcheck.cspm.records import dataclass
 
 if TYPE_CHECKING:
     from cspcheck.cspm.oz.processes.context import ClassContext

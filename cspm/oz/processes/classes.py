@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import cspcheck.cspm.oz.processes.evaluating  # noqa: F401  (registers how what classes become is evaluated)
@@ -15,7 +16,6 @@ from cspcheck.cspm.oz.processes.context import ClassContext
 from cspcheck.cspm.oz.processes.desugaring import desugared
 from cspcheck.cspm.oz.typing.elaboration import elaborate
 from cspcheck.cspm.oz.values.readings import written
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.recursion import deep_recursion
 from cspcheck.cspm.syntax import tree as syntax
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.values.evaluation import TermEvaluator
 from cspcheck.cspm.oz.values.readings import written
-from cspcheck.cspm.records import dataclass
 
 if TYPE_CHECKING:
     from cspcheck.cspm.oz.processes.meaning import DataPart

@@ -17,7 +17,7 @@ not go on: the term is :class:`~cspcheck.cspm.process.terms.Beyond`, and no verd
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import product
 from operator import itemgetter
 from typing import Any, Protocol
@@ -44,7 +44,6 @@ from cspcheck.cspm.process.terms import (
     Process,
     Reference,
 )
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.values.failure import Failure
 
 StateValues = tuple[Any, ...]

@@ -7,11 +7,10 @@ evaluation treat what a class brings like everything else in the script.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from cspcheck.cspm.oz import core
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.syntax.tree import ModuleDeclaration, Name
 

@@ -7,12 +7,12 @@ equations of a class those of CSPm.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Final
 
 from cspcheck.cspm.oz.reading.lexer import Scan, tokens
 from cspcheck.cspm.oz.syntax import Class
 from cspcheck.cspm.parsing.lexer import Tokens, tokenise
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Source
 from cspcheck.cspm.syntax import tree as s
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Final
 
 from cspcheck.cspm.diagnostics import Diagnostic
@@ -30,7 +30,6 @@ from cspcheck.cspm.oz.reading.latex_commands import (
     WORDS,
 )
 from cspcheck.cspm.oz.reading.lexer import INFIX, PREFIX, Token
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Source, Span
 from cspcheck.cspm.spelling import suggestions
 

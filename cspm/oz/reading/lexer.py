@@ -17,12 +17,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import field
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Final
 
 from cspcheck.cspm.oz.reading.operators import NUMBER_SETS, SPELLINGS, Spelling
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Source, Span
 
 BINDERS: Final = {"forall": "∀", "exists": "∃", "exists1": "∃₁", "lambda": "λ", "mu": "μ"}

@@ -8,9 +8,8 @@ tighter than infix ones, application tighter than prefix operators, postfix oper
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Final, Literal
-
-from cspcheck.cspm.records import dataclass
 
 Kind = Literal["infix", "prefix", "postfix", "relation"]
 Associativity = Literal["left", "right"]

@@ -8,7 +8,7 @@ itself and are replaced where it is inherited or used with arguments.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from cspcheck.cspm.diagnostics import Diagnostic, DiagnosticSink
@@ -39,7 +39,6 @@ from cspcheck.cspm.oz.typing.typing import Typing
 from cspcheck.cspm.oz.typing.typing_operators import Wrong
 from cspcheck.cspm.oz.values.substitution import substituted
 from cspcheck.cspm.oz.values.terms import shape
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.spelling import suggestions
 

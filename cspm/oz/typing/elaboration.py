@@ -7,7 +7,7 @@ script is refused. Warnings travel with the result.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError, Severity
 from cspcheck.cspm.oz import core, syntax as s
@@ -24,7 +24,6 @@ from cspcheck.cspm.oz.typing.scopes import AmbiguousEntry, ClassEntry, SetEntry,
 from cspcheck.cspm.oz.typing.typing import Typing
 from cspcheck.cspm.oz.typing.typing_operators import Wrong
 from cspcheck.cspm.oz.writing.printer import print_term
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.recursion import deep_recursion
 from cspcheck.cspm.spelling import suggestions
 from cspcheck.cspm.syntax import tree as syntax

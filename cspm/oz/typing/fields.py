@@ -8,13 +8,12 @@ equation goes on to use what it received there. Simple parameters are addresses 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any, TypeVar
 
 from cspcheck.cspm.naming.patterns import variables
 from cspcheck.cspm.oz import core, syntax as oz
 from cspcheck.cspm.oz.typing.equations import names_in
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.syntax.tree import Declaration, Expr, Field, Name, Node, Prefix

@@ -8,7 +8,7 @@ sequential composition identify the output of one operand with the input of the 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import count
 from typing import Final, Literal
 
@@ -20,7 +20,6 @@ from cspcheck.cspm.oz.typing.typing import Typing
 from cspcheck.cspm.oz.typing.typing_operators import Wrong
 from cspcheck.cspm.oz.values.substitution import renamed_variables, substituted
 from cspcheck.cspm.oz.values.terms import free_variables, shape
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.spelling import suggestions
 

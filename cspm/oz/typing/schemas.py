@@ -9,7 +9,7 @@ on them.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, MutableMapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from cspcheck.cspm.oz import core, syntax as s
@@ -20,7 +20,6 @@ from cspcheck.cspm.oz.typing.scopes import PredicatePlace, SetEntry, TypingScope
 from cspcheck.cspm.oz.typing.typing_operators import Wrong
 from cspcheck.cspm.oz.values.substitution import substituted
 from cspcheck.cspm.oz.values.terms import shape
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.spelling import suggestions
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias
 
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.reading.operators import INREL
 from cspcheck.cspm.oz.values.terms import shape
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Span
 
 PredicatePlace = Literal["effect", "guard", "invariant", "initial", "axiom", "retrieve", "record"]

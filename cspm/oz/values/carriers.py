@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from typing import Any
 
 from cspcheck.cspm.oz.core import Term
 from cspcheck.cspm.oz.processes import messages as messages
 from cspcheck.cspm.oz.values.terms import show_term
 from cspcheck.cspm.oz.values.values import LARGEST
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.values.failure import Failure
 

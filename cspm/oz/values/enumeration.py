@@ -7,6 +7,7 @@ it is wide that is what its finite reading says), and what is in that (:func:`me
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from itertools import chain, combinations, combinations_with_replacement, permutations, product
 from math import comb, perm
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
@@ -17,7 +18,6 @@ from cspcheck.cspm.oz.values.carriers import Carrier, Frame, TooLarge, Unbounded
 from cspcheck.cspm.oz.values.readings import COLLECTIONS
 from cspcheck.cspm.oz.values.terms import free_variables, show_term
 from cspcheck.cspm.oz.values.values import LARGEST, Construction, Element, Graph, in_order
-from cspcheck.cspm.records import dataclass
 
 if TYPE_CHECKING:
     from cspcheck.cspm.oz.values.evaluation import FrameScope, TermEvaluator

@@ -8,7 +8,7 @@ where E speaks of f only in ``f(s)``; a constant ``f : nat -> Y`` (or ``nat1``) 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from cspcheck.cspm.oz import core
@@ -16,7 +16,6 @@ from cspcheck.cspm.oz.core import Apply, Binder, Constant, Declared, Term, Varia
 from cspcheck.cspm.oz.values.carriers import Unbounded
 from cspcheck.cspm.oz.values.substitution import rebuilt
 from cspcheck.cspm.oz.values.terms import Name, shape
-from cspcheck.cspm.records import dataclass
 
 if TYPE_CHECKING:
     from cspcheck.cspm.oz.values.evaluation import TermEvaluator

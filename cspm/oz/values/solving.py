@@ -10,6 +10,7 @@ the variable is in, between bounds, or last from the variable's carrier or the f
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cspcheck.cspm.oz import core
@@ -28,7 +29,6 @@ from cspcheck.cspm.oz.core import (
 from cspcheck.cspm.oz.values.carriers import Frame, Unbounded, Undefined
 from cspcheck.cspm.oz.values.enumeration import Enumeration, Member, enumeration, membership
 from cspcheck.cspm.oz.values.terms import Name, conjuncts, free_variables, negated
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.source import Span
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from itertools import count
 from typing import Any, TypeVar
 
@@ -41,7 +41,6 @@ from cspcheck.cspm.printing.printer import print_assertion, print_expression, pr
 from cspcheck.cspm.process import terms as process
 from cspcheck.cspm.process.events import EventSet
 from cspcheck.cspm.process.terms import Process, Reference
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.script import Assertion as ScriptAssertion, Script
 from cspcheck.cspm.source import Source
 from cspcheck.cspm.syntax import tree as syntax

@@ -11,6 +11,7 @@ choose, what remains of the predicate is a guard: ``n < 3 & inc -> Data(n + 1)``
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any, TypeGuard
 
 from cspcheck.cspm.oz import core
@@ -20,7 +21,6 @@ from cspcheck.cspm.oz.values.solving import SoughtVariable
 from cspcheck.cspm.oz.values.terms import conjuncts, free_variables
 from cspcheck.cspm.oz.writing.expressions import ExpressionWriter, Key, Unwritable
 from cspcheck.cspm.oz.writing.operators_cspm import ATOM
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.values.failure import Failure
 
 _AND = 31

@@ -11,7 +11,7 @@ Lines are broken behind operators, and before logical ones, where the reader goe
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Final
 
@@ -30,7 +30,6 @@ from cspcheck.cspm.oz.reading.operators import (
     relation,
 )
 from cspcheck.cspm.printing.layout import HARD, LINE, SOFT, Doc, cat, first_text, group, join, nest
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.syntax.tree import NameDeclaration, Node
 
 LOGICAL: Final = frozenset(["iff", "implies", "or", "and"])

@@ -8,11 +8,10 @@ it can be (Hindley-Milner with the dependency analysis of the Haskell report, se
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
 from cspcheck.cspm.naming.patterns import variables
 from cspcheck.cspm.naming.symbols import Names, Symbol, SymbolKind
-from cspcheck.cspm.records import dataclass
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.syntax.children import children
 
