@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cspcheck.cspm.diagnostics import Diagnostic, Label, Severity, mistake
+from cspcheck.cspm.diagnostics import Diagnostic, Severity, mistake
 from cspcheck.cspm.source import Span
 
 _A = "class A\n  state n : nat\n  op step = [Delta(n) | n' = n + 1]\nend\n"
@@ -69,8 +69,8 @@ def parameters_of_subclass(parent: str, child: str, counts: tuple[int, int], spa
     "CSP666",
     "the parameters of a generic name are not determined",
     explanation="Where a generic constant or class is used without parameters, its use must say what they are.",
-    example="const [X, Y] first_of : X cross X -> X\nconst n : nat where n = first_of(1, 2) end",
-    repair="const [X] first_of : X cross X -> X\nconst n : nat where n = first_of(1, 2) end",
+    example="class A[X]\n  state n : nat\n  op step = [n = 0]\nend\nconst a : A where a.n = 0 end",
+    repair="class A\n  state n : nat\n  op step = [n = 0]\nend\nclass B\n  state a : A\n  op step = a.step\nend",
 )
 def parameters_open(name: str, span: Span) -> Diagnostic:
     """A generic name whose parameters nothing tells."""
@@ -87,12 +87,9 @@ def parameters_open(name: str, span: Span) -> Diagnostic:
     example="class A\n  state b : B\nend\nclass B\n  state a : A\nend\nassert A :[deadlock free]",
     repair="class A\n  state n : nat\n  op step = [Delta(n) | n' = n]\nend\nassert A :[deadlock free]",
 )
-def not_run(name: str, reason: str, span: Span, place: Span | None) -> Diagnostic:
+def not_run(name: str, reason: str, span: Span) -> Diagnostic:
     """A class or another paragraph that is typed, and why it cannot be run."""
-    labels = () if place is None else (Label(place, "here"),)
-    return Diagnostic(
-        "CSP667", f"`{name}` is typed, but cannot be run: {reason}", span, Severity.WARNING, labels=labels
-    )
+    return Diagnostic("CSP667", f"`{name}` is typed, but cannot be run: {reason}", span, Severity.WARNING)
 
 
 def asked_of_not_run(name: str, reason: str, span: Span) -> Diagnostic:
@@ -131,3 +128,9 @@ def parameter_differs(name: str, first: str, second: str, span: Span) -> Diagnos
 def communication_differs(name: str, types: tuple[str, str], span: Span) -> Diagnostic:
     """An output that goes to an input of another type."""
     return Diagnostic("CSP646", f"`{name}!` is of type `{types[0]}` and `{name}?`, where it goes, `{types[1]}`", span)
+
+
+def value_handed_on(name: str, types: tuple[str, str], span: Span) -> Diagnostic:
+    """What an operation leaves behind, and the next one of a sequence takes as another type."""
+    told = f"`{name}` is of type `{types[0]}`, and `{name[:-1]}` in the next operation `{types[1]}`"
+    return Diagnostic("CSP646", told, span)

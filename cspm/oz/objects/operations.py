@@ -47,7 +47,8 @@ class Operations:
                 first = seen.get(tree.name) or shape.features[tree.name].span
                 self._report(type_messages.declared_twice(tree.name, first, tree.span))
             seen[tree.name] = tree.span
-            self.signature(shape, tree.name)
+        for name in self._classes.operation_names(shape.tree.name):
+            self.signature(shape, name)
 
     def signature(self, shape: ClassShape, name: str) -> Signature:
         """The parameters of an operation of a class, those of its parents' operation of that name among them."""
@@ -207,7 +208,7 @@ class Operations:
                 # What an operation both tells and hears it does not hear from another.
                 if not name.endswith("!") or f"{base}?" not in listener:
                     continue
-                if operator != "compose" and (f"{base}?" in teller or name in listener):
+                if operator != "compose" and f"{base}?" in teller and name in listener:
                     continue
                 if not self._terms.unification.same(teller[name], listener[f"{base}?"]):
                     types = shown(teller[name]), shown(listener[f"{base}?"])
@@ -216,6 +217,13 @@ class Operations:
                 if operator != "parallel_open":
                     passed.add(name)
         if operator == "compose":
+            for name in [n for n in left if n.endswith("'") and n[:-1] in right]:
+                if not self._terms.unification.same(left[name], right[name[:-1]]):
+                    types = shown(left[name]), shown(right[name[:-1]])
+                    raise Wrong(messages.value_handed_on(name, types, span))
+                passed.add(name)
+                left = {n: t for n, t in left.items() if n != name}
+                right = {n: t for n, t in right.items() if n != name[:-1]}
             first = {name: type_ for name, type_ in left.items() if not (name in passed and name.endswith("!"))}
             second = {name: type_ for name, type_ in right.items() if not (name in passed and name.endswith("?"))}
             return self.merged(first, second, span)

@@ -32,7 +32,7 @@ class Deferred:
     """A paragraph of the document whose type is found when it is asked for."""
 
     make: Callable[[], Value | None]
-    span: Span
+    span: Span | None
 
 
 Entry: TypeAlias = Value | ClassName | Deferred

@@ -35,6 +35,7 @@ from cspcheck.cspm.oz.objects.types import (
     pairs,
     sequence,
     shown,
+    shown_apart,
     substituted,
 )
 from cspcheck.cspm.oz.reading.operators import INREL
@@ -212,7 +213,7 @@ class Terms:
             Wrong: they differ.
         """
         if not self.unification.same(found, wanted):
-            raise Wrong(type_messages.types_differ(shown(found), shown(wanted), span))
+            raise Wrong(type_messages.types_differ(*shown_apart(found, wanted), span))
 
     def _joined(self, left: ObjectZType, right: ObjectZType, span: Span) -> ObjectZType:
         found = self.unification.joined(left, right)
@@ -303,7 +304,7 @@ class Terms:
     def _equal(self, left: ObjectZType, right: ObjectZType, span: Span) -> None:
         if not self.unification.same(left, right):
             differs = self.classes.difference(left, right, span)
-            raise Wrong(differs or type_messages.types_differ(shown(left), shown(right), span))
+            raise Wrong(differs or type_messages.types_differ(*shown_apart(left, right), span))
 
     def _unrelated(self, relation: str, left: ObjectZType, right: ObjectZType, span: Span) -> Diagnostic:
         if relation in ("in", "notin"):
@@ -311,8 +312,8 @@ class Terms:
             if not isinstance(found, Power):
                 return type_messages.no_set(shown(right), span)
             differs = self.classes.difference(left, found.element, span)
-            return differs or type_messages.types_differ(shown(left), shown(found.element), span, member=True)
-        return type_messages.types_differ(shown(left), shown(right), span)
+            return differs or type_messages.types_differ(*shown_apart(left, found.element), span, member=True)
+        return type_messages.types_differ(*shown_apart(left, right), span)
 
     def _operator(self, node: s.Operator, scope: Scope) -> ObjectZType:
         if is_logical(node):
@@ -379,6 +380,7 @@ class Terms:
             self.must(left, right, node.span)
             return types[0]
         joined = self.unification.joined(left, right)
+        self.classes.check_union(left, right, node.span)
         if joined is None:
             differs = self.classes.difference(left, right, node.span)
             raise Wrong(differs or type_messages.types_differ(shown(left), shown(right), node.span))

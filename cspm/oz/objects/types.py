@@ -252,21 +252,28 @@ def substituted(type_: ObjectZType, actual: Mapping[str, ObjectZType]) -> Object
     return type_
 
 
-def shown(type_: ObjectZType) -> str:
-    """A type as a message has it."""
+def shown_apart(left: ObjectZType, right: ObjectZType) -> tuple[str, str]:
+    """Two types that differ, so that it can be seen."""
+    if shown(left) != shown(right):
+        return shown(left), shown(right)
+    return shown(left, whole=True), shown(right, whole=True)
+
+
+def shown(type_: ObjectZType, *, whole: bool = False) -> str:
+    """A type as a message has it; *whole* with the classes that given types are declared in."""
     type_ = known(type_)
     match type_:
         case Given(name):
-            return name.rpartition(".")[2]
+            return name if whole else name.rpartition(".")[2]
         case Power(element):
             inner = known(element)
             if isinstance(inner, Product) and len(inner.items) == 2:
-                return f"({shown(inner.items[0])} <-> {shown(inner.items[1])})"
-            return f"power {shown(element)}"
+                return f"({shown(inner.items[0], whole=whole)} <-> {shown(inner.items[1], whole=whole)})"
+            return f"power {shown(element, whole=whole)}"
         case Product(items):
-            return f"({' cross '.join(map(shown, items))})"
+            return f"({' cross '.join(shown(item, whole=whole) for item in items)})"
         case Bindings(fields):
-            return f"[{'; '.join(f'{name} : {shown(part)}' for name, part in fields)}]"
+            return f"[{'; '.join(f'{name} : {shown(part, whole=whole)}' for name, part in fields)}]"
         case Objects():
             return _shown_objects(type_)
     return "an open type"

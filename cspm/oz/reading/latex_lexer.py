@@ -29,36 +29,10 @@ from cspcheck.cspm.oz.reading.latex_commands import (
     WITH_ARGUMENT,
     WORDS,
 )
+from cspcheck.cspm.oz.reading.latex_environments import BOXES, LAYOUT, SKIPPED
 from cspcheck.cspm.oz.reading.lexer import INFIX, OPERAND_ENDS, PREFIX, Token
 from cspcheck.cspm.source import Source, Span
 from cspcheck.cspm.spelling import suggestions
-
-BOXES: Final = {
-    "class": "class",
-    "state": "state",
-    "anonschema": "state",
-    "init": "init",
-    "op": "op",
-    "opschema": "op",
-    "schema": "schema",
-    "genschema": "schema",
-    "axdef": "const",
-    "const": "const",
-    "uniqdef": "const",
-    "gendef": "const",
-    "retrieve": "retrieve",
-    "ozlemma": "lemma",
-    "theorem": "lemma",
-}
-"""Environments with the word that they stand for."""
-
-LAYOUT: Final = frozenset(
-    ["zed", "type", "zpar", "sidebyside", "array", "center", "math", "displaymath", "spec", "syntax"]
-)
-"""Environments whose content is read as if it stood around them."""
-
-SKIPPED: Final = frozenset(["classcom", "proof", "argue", "infrule", "comment", "verbatim"])
-"""Environments whose content is not read."""
 
 _SIGNS: Final = frozenset(
     [
@@ -109,9 +83,6 @@ _SUBSCRIPT = re.compile(r"_(?:1|\{1\})(?![A-Za-z0-9])")
 _RELATION = re.compile(
     r"\\relation\s*\(\s*(?:\\varg|\\_)\s*~?([A-Za-z][A-Za-z0-9]*(?:\\_[A-Za-z0-9]+)*)~?\s*(?:\\varg|\\_)\s*\)"
 )
-_NAMED_THEOREM = re.compile(
-    r"[ \t\n]*\{[ \t]*(?:(?:grule|frule|rule|axiom|disabled)[ \t]+)*([A-Za-z]\w*(?:\\_\w+)*)[ \t]*\}"
-)
 _LINE_END = re.compile(r"\\\\|\\end[ \t]*\{")
 _ARGUMENT = re.compile(r"\s*\{")
 _GENERICS = re.compile(r"[ \t]*\[[^\]\[\n]*\]")
@@ -134,11 +105,6 @@ _LONE: Final = {
     ">=": ">=",
     "!=": "!=",
 }
-
-
-def is_claim(text: str, position: int) -> bool:
-    """Whether the content of a ``theorem`` at *position* begins with a name, as a claim about the paragraphs does."""
-    return _NAMED_THEOREM.match(text, position) is not None
 
 
 @dataclass(slots=True)

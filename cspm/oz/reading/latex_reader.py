@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any, Final
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.oz.reading import messages as messages
 from cspcheck.cspm.oz.reading.latex_commands import CSP_COMMANDS, NAMES
-from cspcheck.cspm.oz.reading.latex_lexer import BOXES, Lexer, Markup, is_claim
+from cspcheck.cspm.oz.reading.latex_environments import BOXES, is_claim
+from cspcheck.cspm.oz.reading.latex_lexer import Lexer, Markup
 from cspcheck.cspm.oz.reading.lexer import NAMING, OPERAND_ENDS, Token
 from cspcheck.cspm.oz.reading.reader import Reader
 from cspcheck.cspm.parsing.lexer import Tokens, tokenise

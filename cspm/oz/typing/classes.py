@@ -531,6 +531,7 @@ class _Builder:
             *self.secondary,
             *self.objects,
             *self.operations,
+            *self.types,
             *[operation.name for operation in self.tree.operations],
             "INIT",
             "init",

@@ -62,7 +62,7 @@ class Boxes:
         self._boxes: dict[str, Box] = {}
         self._open: list[str] = []
         self._offered: frozenset[str] = frozenset()
-        self._calculus = Calculus(typing, around, self._named, self._in_brackets, self._promoted)
+        self._calculus = Calculus(typing, around, self._named, self._in_brackets, self._promoted, report)
 
     def operations(self, offered: Mapping[str, core.Operation]) -> dict[str, core.Operation]:
         """The operations that the class's own schemas make, by event.
@@ -295,11 +295,12 @@ class Boxes:
                     continue
                 seen[written] = name.span
                 kind = KINDS.get(name.decoration, "simple")
+                called = written if name.decoration == "'" else name.name  # no state variable: a name of its own
                 parameter = core.Parameter(
-                    name=name.name, type=carrier.type.element, carrier=carrier, span=name.span, kind=kind
+                    name=called, type=carrier.type.element, carrier=carrier, span=name.span, kind=kind
                 )
                 parameters.append(parameter)
-                inner.add(name.name, ParameterEntry(name.name, kind, parameter.type, name.span))
+                inner.add(called, ParameterEntry(called, kind, parameter.type, name.span))
         predicates = []
         for node in included:
             try:
