@@ -200,7 +200,8 @@ class Boxes:
         """The channel of an event, with what the schemas say of its parameters."""
         channel = self._known[event]
         parameters = {(p.name, p.kind): p for p in channel.parameters}
-        adopts = channel.kind != "chan" and not channel.parameters
+        # An operation of plain Object-Z may have more parameters than that of a parent.
+        adopts = channel.kind == "operation" or (channel.kind != "chan" and not channel.parameters)
         for box in boxes.values():
             for parameter in box.parameters:
                 key = (parameter.name, parameter.kind)
@@ -273,6 +274,10 @@ class Boxes:
     def _box(self, schema: s.OperationSchema, place: str, scope: TypingScope) -> Box:
         delta = self._delta(schema)
         inner = TypingScope(scope)
+        if self._is_plain and schema.name in self._inherited:
+            for p in self._inherited[schema.name].parameters:
+                if p.kind != "simple":
+                    inner.add(p.name, ParameterEntry(p.name, p.kind, p.type, p.span))
         parameters = []
         seen: dict[str, Span] = {}
         included: list[s.Term] = []
