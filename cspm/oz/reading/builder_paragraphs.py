@@ -151,8 +151,11 @@ class ParagraphBuilder(TermBuilder):
             hints=hints if isinstance(hints, z.Hints) else None,
         )
 
-    def using(self, span: Span, names: list[s.NameDeclaration], on: s.NameDeclaration | None = None) -> z.Hints:
-        return z.Hints(span=span, using=tuple(names), induction=on)
+    def using(self, span: Span, uses: list[z.LemmaUse], on: s.NameDeclaration | None = None) -> z.Hints:
+        return z.Hints(span=span, using=tuple(uses), induction=on)
+
+    def use(self, span: Span, name: s.NameDeclaration, arguments: Sequence[z.Term] = ()) -> z.LemmaUse:
+        return z.LemmaUse(span=name.span, name=name.name, arguments=_read(arguments))
 
     def induction(self, span: Span, on: s.NameDeclaration) -> z.Hints:
         return z.Hints(span=span, induction=on)
@@ -250,7 +253,7 @@ class ParagraphBuilder(TermBuilder):
         name: s.NameDeclaration,
         declarations: list[z.Declare],
         predicates: list[z.Term],
-        lemmas: list[s.NameDeclaration],
+        lemmas: list[z.LemmaUse],
     ) -> _Section:
         return self._operation_schema(span, name, None, declarations, predicates, lemmas)
 
@@ -261,7 +264,7 @@ class ParagraphBuilder(TermBuilder):
         delta: Names,
         declarations: list[z.Declare],
         predicates: list[z.Term],
-        lemmas: list[s.NameDeclaration],
+        lemmas: list[z.LemmaUse],
     ) -> _Section:
         return self._operation_schema(span, name, delta, declarations, predicates, lemmas)
 
@@ -272,7 +275,7 @@ class ParagraphBuilder(TermBuilder):
         delta: Names | None,
         declarations: Sequence[z.Declare],
         predicates: Sequence[z.Term],
-        lemmas: Sequence[s.NameDeclaration],
+        lemmas: Sequence[z.LemmaUse],
     ) -> _Section:
         made = z.OperationSchema(
             span=span,
@@ -285,7 +288,7 @@ class ParagraphBuilder(TermBuilder):
         return _Section("operations", (made,), span)
 
     def operation_definition(
-        self, span: Span, name: s.NameDeclaration, body: z.Term, lemmas: list[s.NameDeclaration]
+        self, span: Span, name: s.NameDeclaration, body: z.Term, lemmas: list[z.LemmaUse]
     ) -> _Section:
         if isinstance(body, z.OperationText):
             return self._operation_schema(span, name, body.delta, body.declarations, body.predicates, lemmas)

@@ -105,7 +105,7 @@ SECTION: Final = re.compile(
 """What a line begins with where a section of a class begins."""
 
 HINT: Final = re.compile(
-    rf"using[ \t]+{_NAME}(?=(?:[ \t]*,|[ \t]+by[ \t]|[ \t]+end\b|{_EOL}))|by[ \t]+induction[ \t]+on[ \t]+{_NAME}",
+    rf"using[ \t]+{_NAME}(?=(?:[ \t]*[,(]|[ \t]+by[ \t]|[ \t]+end\b|{_EOL}))|by[ \t]+induction[ \t]+on[ \t]+{_NAME}",
     re.MULTILINE,
 )
 """What helps a proof: behind a lemma or an operation."""

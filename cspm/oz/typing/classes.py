@@ -195,8 +195,7 @@ class _Builder:
         joined = inherited_operations(self._aligned(self.operations), own, self.report)
         # The sets of the channel may have become narrower since a parent's operation was made.
         self.operations = {
-            n: replace(o, parameters=self.channels[n].parameters, using=helpful(tree, n, self.operations.get(n)))
-            for n, o in joined.items()
+            n: replace(o, parameters=self.channels[n].parameters, using=self._helpful(n)) for n, o in joined.items()
         }
         if tree.equations:
             self.processes.append(core.ProcessPart(owner=tree.name, equations=tree.equations))
@@ -221,6 +220,13 @@ class _Builder:
             lemmas=self.lemmas | self.classes.lemmas.declared(tree.paragraphs, self.scope, "invariant"),
         )
         return _Built(model, self.scope, boxes.boxes(), self.objects, self.types)
+
+    def _helpful(self, event: str) -> tuple[core.LemmaUse, ...]:
+        """The lemmas for proofs about an operation."""
+        inherited, own = helpful(self.tree, event, self.operations.get(event))
+        parameters = self.channels[event].parameters
+        made = self.classes.lemmas.uses_of_operation(own, self.scope, parameters)
+        return tuple(dict.fromkeys((*inherited, *made)))
 
     # --- inheritance ------------------------------------------------------------------------------------------
 
@@ -562,6 +568,9 @@ def _called(operation: core.Operation, parameters: tuple[core.Parameter, ...]) -
         parameters=parameters,
         guard=tuple([substituted(term, value) for term in operation.guard]),
         effect=tuple([substituted(term, value) for term in operation.effect]),
+        using=tuple(
+            [replace(u, arguments=tuple([substituted(term, value) for term in u.arguments])) for u in operation.using]
+        ),
     )
 
 

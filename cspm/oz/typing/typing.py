@@ -113,6 +113,14 @@ class Typing:
         """
         return settled(self._term(node, scope, place))
 
+    def open_expression(self, node: s.Term, scope: TypingScope, place: PredicatePlace) -> Term:
+        """An expression whose type may stay open, to be fitted to one.
+
+        Raises:
+            Wrong: something in it is wrong.
+        """
+        return self._term(node, scope, place)
+
     def carrier(self, node: s.Term, scope: TypingScope) -> Term:
         """A set of values that a declaration names.
 
