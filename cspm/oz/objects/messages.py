@@ -11,7 +11,7 @@ _A = "class A\n  state n : nat\n  op step = [Delta(n) | n' = n + 1]\nend\n"
 
 
 @mistake(
-    "CSP664",
+    "CSP670",
     "what is no class is used as one",
     explanation=(
         "`poly C`, a union of classes and `C %own` (an object that belongs to the attribute) are sets of objects, "
@@ -22,16 +22,16 @@ _A = "class A\n  state n : nat\n  op step = [Delta(n) | n' = n + 1]\nend\n"
 )
 def no_class(what: str, found: str, span: Span) -> Diagnostic:
     """A set of values where a class is needed; *what* is what needs it."""
-    return Diagnostic("CSP664", f"{what} needs a class, this is `{found}`", span)
+    return Diagnostic("CSP670", f"{what} needs a class, this is `{found}`", span)
 
 
 def operation_of_no_object(name: str, found: str, span: Span) -> Diagnostic:
     """``n.Op`` for a number *n*."""
-    return Diagnostic("CSP664", f"only an object has operations, `{name}` is asked of a value of type `{found}`", span)
+    return Diagnostic("CSP670", f"only an object has operations, `{name}` is asked of a value of type `{found}`", span)
 
 
 @mistake(
-    "CSP665",
+    "CSP671",
     "classes do not go together in one set of objects",
     explanation=(
         "An object of a union of classes has the features that all of them have, so each of these must be of one type "
@@ -45,28 +45,28 @@ def feature_differs(name: str, classes: tuple[str, str], types: tuple[str, str],
     """A feature that two classes of one set of objects have in different types."""
     (first, second), (one, other) = classes, types
     told = f"`{name}` is of type `{one}` in `{first}` and `{other}` in `{second}`"
-    return Diagnostic("CSP665", f"{told}, so there is no object that may be of either", span)
+    return Diagnostic("CSP671", f"{told}, so there is no object that may be of either", span)
 
 
 def no_union(classes: tuple[str, str], span: Span) -> Diagnostic:
     """One generic class with different parameters in a union."""
-    return Diagnostic("CSP665", f"`{classes[0]}` and `{classes[1]}` are one class with different parameters", span)
+    return Diagnostic("CSP671", f"`{classes[0]}` and `{classes[1]}` are one class with different parameters", span)
 
 
 def hidden_in_subclass(name: str, parent: str, child: str, span: Span) -> Diagnostic:
     """``poly C`` where a class that inherits from C hides a feature of it."""
     told = f"`{child}` inherits from `{parent}` and does not show `{name}`"
-    return Diagnostic("CSP665", f"{told}, so `poly {parent}` has no common interface", span)
+    return Diagnostic("CSP671", f"{told}, so `poly {parent}` has no common interface", span)
 
 
 def parameters_of_subclass(parent: str, child: str, counts: tuple[int, int], span: Span) -> Diagnostic:
     """``poly C`` where a class that inherits from C has other parameters."""
     told = f"`{parent}` has {counts[0]} generic parameters and `{child}`, which inherits from it, {counts[1]}"
-    return Diagnostic("CSP665", f"{told}, so it is not known which `{child}` are meant", span)
+    return Diagnostic("CSP671", f"{told}, so it is not known which `{child}` are meant", span)
 
 
 @mistake(
-    "CSP666",
+    "CSP672",
     "the parameters of a generic name are not determined",
     explanation="Where a generic constant or class is used without parameters, its use must say what they are.",
     example="class A[X]\n  state n : nat\n  op step = [n = 0]\nend\nconst a : A where a.n = 0 end",
@@ -74,11 +74,11 @@ def parameters_of_subclass(parent: str, child: str, counts: tuple[int, int], spa
 )
 def parameters_open(name: str, span: Span) -> Diagnostic:
     """A generic name whose parameters nothing tells."""
-    return Diagnostic("CSP666", f"nothing says what the parameters of `{name}` are", span, help=f"write `{name}[...]`")
+    return Diagnostic("CSP672", f"nothing says what the parameters of `{name}` are", span, help=f"write `{name}[...]`")
 
 
 @mistake(
-    "CSP667",
+    "CSP673",
     "a paragraph is typed, but cannot be run",
     explanation=(
         "Documents of Object-Z are read and typed with objects as references. What is run as a process or proved is "
@@ -89,12 +89,12 @@ def parameters_open(name: str, span: Span) -> Diagnostic:
 )
 def not_run(name: str, reason: str, span: Span) -> Diagnostic:
     """A class or another paragraph that is typed, and why it cannot be run."""
-    return Diagnostic("CSP667", f"`{name}` is typed, but cannot be run: {reason}", span, Severity.WARNING)
+    return Diagnostic("CSP673", f"`{name}` is typed, but cannot be run: {reason}", span, Severity.WARNING)
 
 
 def asked_of_not_run(name: str, reason: str, span: Span) -> Diagnostic:
     """A claim about a class that cannot be run."""
-    return Diagnostic("CSP667", f"nothing can be claimed of `{name}`: {reason}", span)
+    return Diagnostic("CSP673", f"nothing can be claimed of `{name}`: {reason}", span)
 
 
 def duplicate_renaming(name: str, span: Span) -> Diagnostic:

@@ -216,8 +216,8 @@ class ParagraphBuilder(TermBuilder):
         later = {old.name: new for new, old in renamings}
         done = {new.name for new, _ in parent.renamings}
         both = [(later.get(new.name, new), old) for new, old in parent.renamings]
+        both = [(new, old) for new, old in both if new.name != old.name]  # the later undoes the earlier
         both += [(new, old) for new, old in renamings if old.name not in done]
-        both = [(new, old) for new, old in both if new.name != old.name]
         return z.Inherit(span=span, name=parent.name, arguments=parent.arguments, renamings=tuple(both))
 
     def interface(

@@ -20,7 +20,7 @@ from cspcheck.cspm.oz.typing.paragraphs import names_of
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
 
-_LIMITS: Final = frozenset(["CSP625", "CSP657", "CSP659", "CSP664"])
+_LIMITS: Final = frozenset(["CSP625", "CSP657", "CSP659", "CSP670"])
 """What the flattening of classes says where it does not go on, whatever the paragraph speaks of."""
 
 _FOLLOWING: Final = frozenset(
@@ -93,7 +93,7 @@ def check_alternatives(declarations: Sequence[syntax.Declaration]) -> None:
     """
     if not _is_plain(declarations) or not any(_has_alternatives(d) for d in declarations if isinstance(d, s.Paragraph)):
         return
-    wrong = [d for d in mistakes(declarations) if d.code in ("CSP664", "CSP665")]
+    wrong = [d for d in mistakes(declarations) if d.code in ("CSP670", "CSP671")]
     if wrong:
         raise ScriptError(*wrong)
 

@@ -270,7 +270,7 @@ def test_what_has_no_finite_unfolding_is_typed_and_not_run(body: str, message: s
     text = CLASS.format(body=body)
     found = elaborate(parse(Source("calculus.csp", text)))
     assert "C" not in found.specification.classes
-    assert [(w.code, message in w.message) for w in found.warnings] == [("CSP667", True)]
+    assert [(w.code, message in w.message) for w in found.warnings] == [("CSP673", True)]
     with pytest.raises(ScriptError) as error:
         elaborate(parse(Source("calculus.csp", f"{text}\nassert C :[deadlock free]\n")))
     assert message in error.value.diagnostics[0].message

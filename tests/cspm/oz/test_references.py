@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import pytest
-from cspcheck.cspm.printing.printer import print_script
 
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
 from cspcheck.cspm.oz.objects.document import mistakes
 from cspcheck.cspm.oz.typing.elaboration import Elaborated, elaborate
 from cspcheck.cspm.oz.writing.latex_writer import write_latex
 from cspcheck.cspm.parsing.reading import parse
+from cspcheck.cspm.printing.printer import print_script
 from cspcheck.cspm.source import Source
 
 LAMPS = """
@@ -241,7 +241,7 @@ def test_a_document_is_typed_whatever_can_be_run_of_it(kind: str) -> None:
     text = TYPED[kind]
     assert told(text) == []
     found = elaborated(text)
-    assert {w.code for w in found.warnings} <= {"CSP667"}
+    assert {w.code for w in found.warnings} <= {"CSP673"}
     assert all(w.message.split(": ", 1)[1] for w in found.warnings)
 
 
@@ -304,7 +304,7 @@ def test_nothing_is_claimed_of_what_cannot_be_run(claim: str) -> None:
     with pytest.raises(ScriptError) as error:
         elaborated(f"{LAMPS}class Loop\n  state me : Loop\nend\n{claim}\n")
     (found,) = error.value.diagnostics
-    assert found.code == "CSP667"
+    assert found.code == "CSP673"
     assert found.message.startswith(f"nothing can be claimed of `Loop`: {HEAP}")
 
 
