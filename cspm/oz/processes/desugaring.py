@@ -129,7 +129,7 @@ class _Desugaring:
                 if self._claim(name, "an abbreviation", paragraph.span):
                     yield _value(name, paragraph.span, self._set([term], None, paragraph.span))
         for constant in specification.constants:
-            if self._claim(constant.name, "a constant", constant.span):
+            if constant.name.isidentifier() and self._claim(constant.name, "a constant", constant.span):
                 yield self._constant(constant, None)
 
     def _abbreviated(self, paragraph: Declaration) -> tuple[str, core.Term] | None:
