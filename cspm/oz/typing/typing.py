@@ -127,8 +127,7 @@ class Typing:
         Raises:
             Wrong: it is no set.
         """
-        term = self._set(node, scope, "axiom")
-        return settled(term)
+        return settled(self._set(node, scope, "axiom"))
 
     def binders(
         self, declarations: Sequence[s.Declare], scope: TypingScope, place: PredicatePlace
@@ -315,6 +314,8 @@ class Typing:
             component = scope.find(node.name + node.decoration)
             if isinstance(component, VariableEntry):
                 return replace(component.term, span=node.span)
+            if isinstance(component, ParameterEntry) and node.decoration == "'":
+                return Variable(type=component.type, name=component.name, role="simple", span=node.span)
             if place != "effect" and isinstance(scope.find(node.name), SetEntry):
                 schema = self.schemas.value(node, scope)
                 if schema is not None:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from cspcheck.cspm.oz.typing.elaboration import elaborate
+from cspcheck.cspm.parsing.reading import parse
+from cspcheck.cspm.source import Source
 from tests.checker.proof.classes import findings, told
 from tests.cspm.oz.asking import outcome, refusal
 
@@ -145,7 +148,11 @@ def test_what_needs_a_heap_or_is_not_there_is_refused_in_words(body: str, messag
 
 
 def test_an_object_within_itself_is_refused() -> None:
-    assert "would need a heap" in refusal("class Node\n  state\n    next : Node\nend").message
+    node = "class Node\n  state\n    next : Node\nend\n"
+    (warning,) = elaborate(parse(Source("objects.csp", node))).warnings
+    assert warning.code == "CSP673"
+    assert "would need a heap" in warning.message
+    assert "would need a heap" in refusal(f"{node}assert Node :[deadlock free]").message
 
 
 def test_a_process_is_no_attribute() -> None:
