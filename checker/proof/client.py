@@ -133,7 +133,7 @@ class SolverProcess:
             self.end()
             self._owner = os.getpid()
             self._process = subprocess.Popen(
-                [sys.executable, "-c", "from cspcheck.checker.proof.worker import serve; serve()"],
+                [sys.executable, "-c", f"from cspcheck.checker.proof.worker import serve; serve({_own_number()})"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
@@ -195,6 +195,11 @@ def _halved(effort: float, most: float) -> float:
     while effort > most and effort > 0.01:
         effort /= 2
     return effort
+
+
+def _own_number() -> int | None:
+    """This process's number, where those that it starts see when it has ended."""
+    return os.getpid() if hasattr(os, "fork") else None
 
 
 def _ended(process: subprocess.Popen[bytes]) -> str:

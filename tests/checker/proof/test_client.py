@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -132,6 +134,31 @@ def test_each_finding_has_a_time_of_its_own() -> None:
     asked = SolverClient(SPECIFICATION, None, SolverSettings(limit=1.0), lambda: next(passed))
     assert list(asked.one_after_another("ab")) == ["a", "b"]
     assert not asked.is_late
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not tell of parents")
+def test_a_solver_that_works_does_not_outlive_who_asked_it() -> None:
+    """Somebody who was killed could not end it."""
+    busy = "from cspcheck.checker.proof import worker; worker.LOOK = 0.01; worker.leave_with(%d); print(1, flush=True)"
+    asking = f"""
+import os, subprocess, sys
+solver = subprocess.Popen([sys.executable, "-c", {busy!r} % os.getpid() + chr(10) + "while True: pass"], stdout=-1)
+solver.stdout.readline()
+print(solver.pid, flush=True)
+solver.wait()
+"""
+    with subprocess.Popen([sys.executable, "-c", asking], stdout=subprocess.PIPE, text=True) as running:
+        assert running.stdout is not None
+        solver_process = int(running.stdout.readline())
+        running.kill()
+    for _ in range(6_000):
+        shown = subprocess.run(
+            ["ps", "-o", "stat=", "-p", str(solver_process)], capture_output=True, text=True, check=False
+        )
+        if shown.stdout.strip() in ("", "Z"):  # a process that waits to be taken note of counts as ended
+            return
+        time.sleep(0.01)
+    raise AssertionError("it goes on")
 
 
 def test_who_is_stopped_ends_the_solver(process: SolverProcess) -> None:
