@@ -63,7 +63,7 @@ class KeptAnswers:
     def _found(self, key: str, parts: tuple[Constraint, ...]) -> Kept | None:
         folder = _folder()
         path = None if folder is None else _path(folder, key)
-        content = None if path is None else unsealed(path)
+        content = None if path is None else unsealed(path, folder)
         if content is None or path is None:
             return None
         try:

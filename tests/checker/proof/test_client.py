@@ -18,6 +18,7 @@ from cspcheck.checker.proof import channel, client, kept
 from cspcheck.checker.proof.client import SolverClient, SolverProcess
 from cspcheck.checker.proof.question import Constraint, Found, Impossible, Question, Request, SolverSettings, Unanswered
 from cspcheck.checker.proof.terms import equal, integer
+from cspcheck.cspm import caches
 from cspcheck.cspm.interruption import Stopped
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Variable
@@ -250,6 +251,23 @@ class TestKeptAnswers:
             path.write_bytes(damage)
             assert solver(process).ask(IMPOSSIBLE) == Impossible()
             assert path.read_bytes() == whole
+
+    def test_damage_is_told_once(
+        self,
+        process: SolverProcess,
+        tmp_path: Path,
+        caplog: pytest.LogCaptureFixture,
+        monkeypatch: pytest.MonkeyPatch,
+    ) -> None:
+        monkeypatch.setattr(caches, "_told", set())
+        solver(process).ask(IMPOSSIBLE)
+        solver(process).ask(POSSIBLE)
+        folder = tmp_path / "cspcheck" / "proofs"
+        for path in [path for path in folder.rglob("*") if path.is_file()]:
+            path.write_bytes(b"")
+        assert solver(process).ask(IMPOSSIBLE) == Impossible()
+        assert isinstance(solver(process).ask(POSSIBLE), Found)
+        assert caplog.messages == [f"the cache `{folder}` has damaged files, which are made anew"]
 
     def test_that_one_was_ended_is_not_kept(self, process: SolverProcess, tmp_path: Path) -> None:
         solver(process).ask(POSSIBLE)
