@@ -289,8 +289,12 @@ class Script:
         )
         return Script(loaded, settings)
 
-    def prove(self, *, seconds: float = 10.0) -> list[Finding]:
+    def prove(self, *, seconds: float = 10.0, reasons: bool = False) -> list[Finding]:
         """The answers to the proof obligations of every class of the script.
+
+        Args:
+            seconds: of the solver's work for one question.
+            reasons: tell which lines each proof needed, as ``used`` of a finding; that takes as long again.
 
         Raises:
             ScriptError: the script has no classes.
@@ -301,7 +305,7 @@ class Script:
         from cspcheck.checker.proof.question import SolverSettings
 
         specification = specification_of(self._script)
-        settings = SolverSettings(seconds=seconds)
+        settings = SolverSettings(seconds=seconds, reasons=reasons)
         return [
             finding
             for model in specification.classes.values()

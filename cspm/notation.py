@@ -105,7 +105,7 @@ class Extension:
         """The claim that proof obligations of a paragraph hold."""
         raise NotImplementedError
 
-    def hints(self, **fields: Any) -> syntax.Node:
+    def hints(self, *, names: tuple[syntax.NameDeclaration, ...], **fields: Any) -> syntax.Node:
         """What helps to prove a claim about paragraphs."""
         raise NotImplementedError
 

@@ -63,10 +63,9 @@ ENTRIES: machine_code.Entries = {
     "insert": ONE_WORD,
     "find": ONE_WORD,
     "enter_all": (),
-    "sort_by_owner": ONE_WORD,
+    "sort_by_owner": ({"stride": 1, "owners": 2}, {"stride": 1}),
     "sort_by_rank": ONE_WORD,
-    "claim": ONE_WORD,
-    "settle": (),
+    "move": (),
     "expand": ONE_WORD_STATES,
     "follow": (),
     "nodes_after": (),
@@ -115,8 +114,7 @@ class Kernels:
         enter_all = staticmethod(table_kernels.enter_all)
         sort_by_owner = staticmethod(table_kernels.sort_by_owner)
         sort_by_rank = staticmethod(table_kernels.sort_by_rank)
-        claim = staticmethod(table_kernels.claim)
-        settle = staticmethod(table_kernels.settle)
+        move = staticmethod(table_kernels.move)
         expand = staticmethod(kernels_expand.expand)
         follow = staticmethod(kernels_pairs.follow)
         nodes_after = staticmethod(kernels_pairs.nodes_after)

@@ -83,16 +83,12 @@ def place_of(
     row: int,
     stride: int,
     states: Int64Array,
-    settled: int,
-    fresh: Int64Array,
     table: Int32Array,
     bits: int,
     entry_bits: int,
     partition_bits: int,
 ) -> tuple[int, int]:
     """Where a row of *targets* is entered in the table, or is to be, and its number.
-
-    The states with numbers below *settled* are in *states*, the others in *fresh*.
 
     Returns:
         The place, -1 if the row has none in its full partition, and the number, -1 if the row is not there.
@@ -109,10 +105,7 @@ def place_of(
             return place, -1
         if entry >> bits == tag:
             number = entry & index_mask
-            if number < settled:
-                if same_row(states, number, targets, row, stride):
-                    return place, number
-            elif same_row(fresh, number - settled, targets, row, stride):
+            if same_row(states, number, targets, row, stride):
                 return place, number
         if place == last:
             return -1, -1
@@ -163,7 +156,7 @@ def insert(
     numbered = len(numbers) > 0
     for j in range(begin, end):
         ask_ahead(targets, j, end, stride, states, table, bits)
-        place, number = place_of(targets, j, stride, states, NATURAL, states, table, bits, entry_bits, partition_bits)
+        place, number = place_of(targets, j, stride, states, table, bits, entry_bits, partition_bits)
         if number < 0:
             if place < 0 or known == room:
                 return j, known
@@ -190,7 +183,7 @@ def find(
     """The numbers of the first *count* rows of *targets* among the visited states; -1 for those that are not there."""
     for j in range(count):
         ask_ahead(targets, j, count, stride, states, table, bits)
-        _, number = place_of(targets, j, stride, states, NATURAL, states, table, bits, entry_bits, partition_bits)
+        _, number = place_of(targets, j, stride, states, table, bits, entry_bits, partition_bits)
         numbers[j] = number
 
 
@@ -214,7 +207,10 @@ def enter_all(
     tag_mask = (1 << (entry_bits - bits)) - 1
     for row in range(known):
         if row + AHEAD < known:
-            prefetch(table, hash_of(states, row + AHEAD, stride) >> (63 - bits))
+            ahead = hash_of(states, row + AHEAD, stride) >> (63 - bits)
+            partition = ahead >> (bits - partition_bits)
+            if first_partition <= partition < last_partition:
+                prefetch(table, ahead)
         h = hash_of(states, row, stride)
         place = h >> (63 - bits)
         partition = place >> (bits - partition_bits)
@@ -243,6 +239,18 @@ def sort_by_owner(
 
     Owner ``o`` has ``capacity`` rows of *outbox* from ``o * capacity`` on; its last one is before ``ends[o]``.
     """
+    if owners == 2:
+        # Written to both places, of which one is written to again: a wrong guess would cost more.
+        low, high = 0, capacity
+        for j in range(count):
+            owner = hash_of(targets, j, stride) >> 62
+            copy_row(targets, j, outbox, low, stride)
+            copy_row(targets, j, outbox, high, stride)
+            low += 1 - owner
+            high += owner
+        ends[0] = low
+        ends[1] = high
+        return
     for o in range(owners):
         ends[o] = o * capacity
     for j in range(count):
@@ -268,64 +276,27 @@ def sort_by_rank(
         copy_row(targets, j, outbox, at, stride)
 
 
-def claim(
-    targets: Int64Array,
-    begin: int,
-    end: int,
-    stride: int,
+def move(
     states: Int64Array,
-    known: int,
-    fresh: Int64Array,
-    claimed: int,
-    room: int,
-    places: Int64Array,
+    source: int,
+    target: int,
+    count: int,
+    stride: int,
     table: Int32Array,
     bits: int,
-    entry_bits: int,
     partition_bits: int,
-) -> tuple[int, int]:
-    """Like :func:`insert`, for one of several threads: new states go to *fresh* and are numbered for the time being.
-
-    The ``i``-th of them is number ``known + i``, in row ``i`` of *fresh*, and its entry at ``places[i]``.
-    :func:`settle` makes that final.
-
-    Args:
-        claimed: how many there are in *fresh* already.
-        room: how many there may be.
-
-    Returns:
-        The first row not added for want of room in its partition or in *fresh* (*end* if all were), and how many new
-        states there are now.
-    """
-    for j in range(begin, end):
-        ask_ahead(targets, j, end, stride, states, table, bits)
-        place, number = place_of(targets, j, stride, states, known, fresh, table, bits, entry_bits, partition_bits)
-        if number < 0:
-            if place < 0 or claimed == room:
-                return j, claimed
-            table[place] = entry_of(targets, j, stride, known + claimed, bits, entry_bits)
-            places[claimed] = place
-            copy_row(targets, j, fresh, claimed, stride)
-            claimed += 1
-    return end, claimed
-
-
-def settle(
-    fresh: Int64Array,
-    claimed: int,
-    stride: int,
-    states: Int64Array,
-    first: int,
-    places: Int64Array,
-    table: Int32Array,
-    bits: int,
 ) -> None:
-    """Give claimed states their final numbers, from *first* on."""
-    for i in range(claimed):
-        place = places[i]
-        table[place] = (table[place] >> bits << bits) | (first + i)
-    for i in range(claimed * stride):
-        states[first * stride + i] = fresh[i]
+    """Give *count* states, from number *source* on, numbers from *target* on, and the rows of these."""
+    wrap = (1 << (bits - partition_bits)) - 1
+    index_mask = (1 << bits) - 1
+    for i in range(count):
+        if i + CLOSE < count:
+            prefetch(table, hash_of(states, source + i + CLOSE, stride) >> (63 - bits))
+        place = hash_of(states, source + i, stride) >> (63 - bits)
+        while table[place] & index_mask != source + i:
+            place = (place & ~wrap) | ((place + 1) & wrap)
+        table[place] = (table[place] >> bits << bits) | (target + i)
+        copy_row(states, source + i, states, target + i, stride)
 
 
 KERNELS = (
@@ -341,6 +312,5 @@ KERNELS = (
     enter_all,
     sort_by_owner,
     sort_by_rank,
-    claim,
-    settle,
+    move,
 )

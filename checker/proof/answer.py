@@ -113,7 +113,7 @@ def help_of(hints: syntax.Hints | None, prover: Prover) -> Help:
     for name in hints.using:
         _lemma_of(prover, name.name, name.span)
     on = hints.induction
-    return Help(tuple(name.name for name in hints.using), None if on is None else on.name)
+    return Help(tuple(core.LemmaUse(name=name.name) for name in hints.using), None if on is None else on.name)
 
 
 def _lemma_of(prover: Prover, name: str, span: Span | None) -> str:

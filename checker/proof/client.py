@@ -315,6 +315,11 @@ class SolverClient:
         answer = self._answer("core", parts, parts)
         return parts if isinstance(answer, Unanswered) else answer
 
+    def needed(self, question: Question) -> tuple[Constraint, ...] | None:
+        """Parts of a question that has no answer that have none already; None where the solver cannot tell."""
+        answer = self._answer("needed", question, question.parts)
+        return None if isinstance(answer, Unanswered) else answer
+
     def eliminate(self, term: Term, seconds: float) -> Term | None:
         """A term that says the same without quantifiers; None where the solver cannot tell."""
         answer = self._answer("eliminate", term, (), seconds)

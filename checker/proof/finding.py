@@ -15,6 +15,21 @@ Status = Literal["proved", "refuted", "bounded", "unknown"]
 """``bounded``: not proved, but nothing speaks against it in the scopes that were searched."""
 
 
+@dataclass(frozen=True, slots=True)
+class Hypothesis:
+    """What a proof needed.
+
+    Attributes:
+        what: it is: ``invariant``, ``guard``, ``effect``, ``axiom``, ``carrier``, a lemma.
+        text: what it says.
+        span: the line that says it; None for what no line says, as that a variable is not in the Delta-list.
+    """
+
+    what: str
+    text: str
+    span: Span | None = None
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
     """The answer to one obligation.
@@ -35,6 +50,7 @@ class Finding:
         vacuous: what is assumed cannot be, so that the proof says nothing.
         vouched: texts of predicates that the solver alone says hold of the values.
         hypotheses: names of the lemmas and laws that the proof needed.
+        used: the lines that the proof needed; None where that was not asked for, or where values are the proof.
         missing: names of lemmas that it was to use and that are not proved.
         scope: up to which size of sets and collections was searched (status ``bounded``).
         seconds: it took.
@@ -54,6 +70,7 @@ class Finding:
     vacuous: bool = False
     vouched: tuple[str, ...] = ()
     hypotheses: tuple[str, ...] = ()
+    used: tuple[Hypothesis, ...] | None = None
     missing: tuple[str, ...] = ()
     scope: int | None = None
     seconds: float = 0.0

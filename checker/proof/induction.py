@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
-from cspcheck.checker.proof.question import Constraint
+from cspcheck.checker.proof.question import CARRIER, Constraint
 from cspcheck.checker.proof.terms import (
     TRUE,
     Key,
@@ -195,7 +195,9 @@ def opened(term: Term) -> tuple[list[Constraint], Term, dict[str, Variable]]:
         for binder in term.binders:
             name = binder.written if binder.written not in named else binder.name
             variable = Variable(type=binder.type, name=name, role="simple")
-            assumed.append(Constraint(member(variable, substitute(binder.carrier, table)), f"`{name}`", term.span))
+            assumed.append(
+                Constraint(member(variable, substitute(binder.carrier, table)), f"{CARRIER}`{name}`", term.span)
+            )
             named[name] = variable
             table[binder.name, "bound"] = variable
         assumed.append(Constraint(substitute(term.condition, table), "condition", term.condition.span))

@@ -16,6 +16,7 @@ from cspcheck.checker.proof.question import Constraint
 from cspcheck.checker.proof.terms import Key, conjuncts, key, substitute, universe, variables
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import BOOL, Apply, Term, Variable
+from cspcheck.cspm.oz.typing.uses import with_types
 from cspcheck.cspm.oz.values.substitution import rebuilt
 
 MOST_INSTANCES = 24
@@ -243,28 +244,11 @@ def retyped(term: Term, types: Mapping[str, core.Type]) -> Term:
                 return universe(types[element.name])
         part = rebuilt(part, change)
         if isinstance(part, core.Quantifier | core.Comprehension):
-            part = replace(part, binders=tuple(replace(b, type=_retyped(b.type, types)) for b in part.binders))
-        new = _retyped(part.type, types)
+            part = replace(part, binders=tuple(replace(b, type=with_types(b.type, types)) for b in part.binders))
+        new = with_types(part.type, types)
         return part if new == part.type else replace(part, type=new)
 
     return change(term)
-
-
-def _retyped(type_: core.Type, types: Mapping[str, core.Type]) -> core.Type:
-    match type_:
-        case core.GivenType(name=name):
-            return types.get(name, type_)
-        case core.TupleType(items=items):
-            return core.TupleType(tuple(_retyped(item, types) for item in items))
-        case core.SetType(element=element):
-            return core.SetType(_retyped(element, types))
-        case core.SequenceType(element=element):
-            return core.SequenceType(_retyped(element, types))
-        case core.BagType(element=element):
-            return core.BagType(_retyped(element, types))
-        case core.FunctionType(domain=domain, range=range_):
-            return core.FunctionType(_retyped(domain, types), _retyped(range_, types))
-    return type_
 
 
 def ground_terms(parts: Iterable[Constraint]) -> list[Term]:

@@ -13,7 +13,7 @@ from functools import cache
 
 from cspcheck.checker.proof.definedness import Definedness
 from cspcheck.checker.proof.induction import INDUCTION, opened
-from cspcheck.checker.proof.instances import ground_terms, matches, retyped
+from cspcheck.checker.proof.instances import Match, ground_terms, matches, retyped
 from cspcheck.checker.proof.normal import normal
 from cspcheck.checker.proof.one_point import simplified
 from cspcheck.checker.proof.question import Constraint
@@ -26,6 +26,7 @@ from cspcheck.checker.proof.terms import (
     equal,
     implication,
     is_true,
+    key,
     member,
     negation,
     primed,
@@ -36,6 +37,7 @@ from cspcheck.checker.proof.terms import (
 )
 from cspcheck.cspm.oz import core, laws
 from cspcheck.cspm.oz.core import Term, Variable
+from cspcheck.cspm.oz.typing.uses import fitted
 from cspcheck.cspm.source import Span
 
 _ROUNDS = 2
@@ -242,10 +244,23 @@ def _of_terms(rule: Rule, terms: Sequence[Term], definedness: Definedness, *, gu
         yield rule.part(rule.body)
         return
     for match in matches(rule.unknowns, [rule.said, *rule.premises], rule.givens, terms, guess=guess):
-        defined = all_of(definedness.condition(term) for term in match.terms.values())
-        body = retyped(rule.body, match.types)
-        for term in (body, *(primed([body]) if rule.primes else ())):
-            yield rule.part(implication(defined, normal(substitute(term, match.terms))))
+        yield from _said(rule, match, definedness)
+
+
+def _said(rule: Rule, match: Match, definedness: Definedness) -> Iterator[Constraint]:
+    """What a rule says of values, where these are defined."""
+    defined = all_of(definedness.condition(term) for term in match.terms.values())
+    body = retyped(rule.body, match.types)
+    for term in (body, *(primed([body]) if rule.primes else ())):
+        yield rule.part(implication(defined, normal(substitute(term, match.terms))))
+
+
+def used_for(claim: Claim, arguments: Sequence[Term], definedness: Definedness) -> tuple[Constraint, ...]:
+    """What a proved lemma says of given values, where these are defined."""
+    types, values = fitted(claim.lemma, arguments)
+    (rule,) = rules([claim], definedness)
+    table = {key(variable): value for variable, value in zip(rule.unknowns, values, strict=True)}
+    return tuple(_said(rule, Match(table, types), definedness))
 
 
 def named(parts: Iterable[Constraint]) -> tuple[str, ...]:

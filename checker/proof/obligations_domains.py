@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from cspcheck.checker.proof.finding import Finding
 from cspcheck.checker.proof.prover import ObligationReport, Prover
-from cspcheck.checker.proof.question import Answer, Constraint, Found
+from cspcheck.checker.proof.question import CARRIER, Answer, Constraint, Found
 from cspcheck.checker.proof.terms import member, variables_of
 from cspcheck.cspm.oz.core import Operation, Term, Variable
 from cspcheck.cspm.oz.writing.core_text import text, written
@@ -55,13 +55,13 @@ def _places(
     definedness = prover.solver.definedness
     for part, (term, others) in zip(parts, definedness.known([p.term for p in parts]), strict=True):
         for application in definedness.applications(term):
-            premises = [*known, *[Constraint(other, "context") for other in others]]
-            premises += [Constraint(condition, "context") for condition in application.path]
+            premises = [*known, *[Constraint(other, "context", other.span) for other in others]]
+            premises += [Constraint(condition, "context", condition.span) for condition in application.path]
             inside: list[Variable] = []
             for binder in application.binders:
                 variable = Variable(type=binder.type, name=binder.name, role="bound")
                 inside.append(variable)
-                premises.append(Constraint(member(variable, binder.carrier), "context"))
+                premises.append(Constraint(member(variable, binder.carrier), f"{CARRIER}`{binder.written}`"))
             answer = prover.refutes(premises, application.condition, (*shown, *inside))
             finding = report.universal(
                 answer,

@@ -8,7 +8,7 @@ from dataclasses import replace
 from cspcheck.checker.proof.finding import Finding
 from cspcheck.checker.proof.one_point import simplified
 from cspcheck.checker.proof.prover import ObligationReport, Prover
-from cspcheck.checker.proof.question import Constraint, Found, Impossible
+from cspcheck.checker.proof.question import CLAIM, Constraint, Found, Impossible
 from cspcheck.checker.proof.situation import parameter_variable, second, state_variable
 from cspcheck.checker.proof.terms import (
     FALSE,
@@ -158,7 +158,7 @@ def deterministic(prover: Prover, report: ObligationReport, operation: Operation
     results += [state_variable(d, "after") for d in situation.variables if _may_change(prover, operation, d.name)]
     for result in results:
         other = replace(result, name=f"{result.name}%second")
-        answer = prover.find([*both, Constraint(negation(equal(result, other)), "claim")], situation.shown(operation))
+        answer = prover.find([*both, Constraint(negation(equal(result, other)), CLAIM)], situation.shown(operation))
         name = written(result)
         finding = report.universal(
             answer,
@@ -201,7 +201,7 @@ def output_defined(prover: Prover, report: ObligationReport, operation: Operatio
             continue
         other = replace(output, name=f"{output.name}%second")
         again = [Constraint(substitute(p.term, {own: other}), p.what, p.span) for p in step if mentions(p.term, [own])]
-        parts = [*step, *again, Constraint(negation(equal(output, other)), "claim"), Constraint(free, "claim")]
+        parts = [*step, *again, Constraint(negation(equal(output, other)), CLAIM), Constraint(free, CLAIM)]
         answer = prover.find(parts, situation.shown(operation))
         finding = report.universal(
             answer,
@@ -245,7 +245,7 @@ def delta_changes(prover: Prover, report: ObligationReport, operation: Operation
         if declared.name not in operation.delta:
             continue
         before, after = state_variable(declared, "before"), state_variable(declared, "after")
-        changed = Constraint(negation(equal(after, before)), "claim")
+        changed = Constraint(negation(equal(after, before)), CLAIM)
         answer = prover.find([*step, changed], situation.shown(operation))
         yield report.existential(
             answer,

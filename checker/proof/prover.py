@@ -6,13 +6,15 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from typing import ParamSpec, TypeVar
 
 from cspcheck.checker.proof.cases import cases
 from cspcheck.checker.proof.client import SolverClient
 from cspcheck.checker.proof.defined import defined, with_domains, without_definitions
-from cspcheck.checker.proof.finding import Finding, Severity, Status
+from cspcheck.checker.proof.finding import Finding, Hypothesis, Severity, Status
 from cspcheck.checker.proof.finite import found_in_scope, is_small
-from cspcheck.checker.proof.induction import opened, schemes
+from cspcheck.checker.proof.functional import functional
+from cspcheck.checker.proof.induction import INDUCTION, Scheme, opened, schemes
 from cspcheck.checker.proof.lemmas import (
     Claim,
     Rule,
@@ -24,11 +26,14 @@ from cspcheck.checker.proof.lemmas import (
     named,
     rules,
     rules_of,
+    used_for,
     whole,
 )
 from cspcheck.checker.proof.normal import normal
 from cspcheck.checker.proof.prepared import lifted, prepared
 from cspcheck.checker.proof.question import (
+    CARRIER,
+    CLAIM,
     Answer,
     Constraint,
     Found,
@@ -40,13 +45,16 @@ from cspcheck.checker.proof.question import (
     Unanswered,
 )
 from cspcheck.checker.proof.situation import Situation
-from cspcheck.checker.proof.terms import all_of, negation, variables, variables_of
+from cspcheck.checker.proof.terms import all_of, negation, substitute, variables, variables_of
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Term, Variable
+from cspcheck.cspm.oz.typing.uses import outermost
 from cspcheck.cspm.oz.values.recursion import Recursion, recursions
 from cspcheck.cspm.oz.writing.core_text import text, written
 from cspcheck.cspm.source import Span
 
+_P = ParamSpec("_P")
+_T = TypeVar("_T")
 _GLANCE = {1: 1_000, 2: 4_000}
 _SEARCH = {1: 20_000, 2: 100_000, 3: 200_000}
 """For each scope, how many values are tried before the solver is asked, and where it has no answer."""
@@ -86,6 +94,8 @@ class Prover:
         self._proving: list[str] = []
         self._used: dict[str, None] = {}
         self._missing: dict[str, None] = {}
+        self._proofs: list[Question] = []
+        """The questions that the proofs since the last finding are, where their reasons are wanted."""
 
     @property
     def model(self) -> core.ClassModel:
@@ -107,6 +117,21 @@ class Prover:
         """Values that satisfy *premises*, but not *goal*."""
         return self._asked([*premises, self.fails(goal)], shown, first=True)
 
+    def _solved(self, question: Question) -> Answer:
+        """The solver's answer to a question, remembered where it is a proof."""
+        answer = self.solver.ask(question)
+        if isinstance(answer, Impossible):
+            self._proofs.append(question)
+        return answer
+
+    def _tried(self, way: Callable[_P, _T], *args: _P.args, **named: _P.kwargs) -> _T:
+        """What comes of a way to prove something; what it proved on the way is forgotten where it gets nowhere."""
+        before = len(self._proofs)
+        found = way(*args, **named)
+        if not (found is True or isinstance(found, Impossible)):
+            del self._proofs[before:]
+        return found
+
     def _asked(self, parts: Iterable[Constraint], shown: Iterable[Variable], *, first: bool) -> Answer:
         """Values that satisfy *parts*: found in small scopes, or by the solver for the whole or case by case.
 
@@ -116,23 +141,24 @@ class Prover:
         whole = self.situation.with_constants(parts)
         variables = (*self.situation.constant_variables(whole), *shown)
         if not self._thorough:
-            return self.solver.ask(Question(whole, variables))
+            return self._solved(Question(whole, variables))
         small = is_small(v.type for v in variables_of(part.term for part in whole).values())
         if (first and not small) or self._speaks_of_recursion(whole):
             found = self._in_scopes(whole, variables, _GLANCE)
             if found is not None:
                 return found
-        if first and (self.help.using or self.help.induction) and self._with_help(parts):
+        if first and (self.help.using or self.help.induction) and self._tried(self._with_help, parts):
             return Impossible()
-        if first and (self.claims or is_beyond(whole)) and self._with_what_there_is(parts, 1):
+        if first and (self.claims or is_beyond(whole)) and self._tried(self._with_what_there_is, parts, 1):
             return Impossible()
-        answer = self.solver.ask(Question(whole, variables))
+        answer = self._solved(Question(whole, variables))
         if isinstance(answer, NotUpTo | Unanswered):
             found = self._in_scopes(whole, variables, _SEARCH)
             if found is not None:
                 return found
-            answer = self._by_cases(whole, variables) or (self._in_plain_words(whole) if first else None) or answer
-        if first and isinstance(answer, NotUpTo | Unanswered) and self._with_what_there_is(parts, 2):
+            by_cases = self._tried(self._by_cases, whole, variables)
+            answer = by_cases or (self._tried(self._in_plain_words, whole) if first else None) or answer
+        if first and isinstance(answer, NotUpTo | Unanswered) and self._tried(self._with_what_there_is, parts, 2):
             return Impossible()
         return answer
 
@@ -143,7 +169,12 @@ class Prover:
         known = self._lemmas.get(claim.name)
         if known is None:
             assumed, said, named = opened(claim.lemma.term)
-            before, self.help = self.help, Help(claim.lemma.using, claim.lemma.induction)
+            table = {(b.name, "bound"): v for b, v in zip(outermost(claim.lemma.term), named.values(), strict=True)}
+            using = [
+                replace(use, arguments=tuple(substitute(term, table) for term in use.arguments))
+                for use in claim.lemma.using
+            ]
+            before, self.help = self.help, Help(tuple(using), claim.lemma.induction)
             self._proving.append(claim.name)
             try:
                 known = self.refutes([*claim.premises, *assumed], said, named.values())
@@ -166,38 +197,79 @@ class Prover:
         self._used, self._missing = {}, {}
         return used, missing
 
+    def reasons(self) -> tuple[Hypothesis, ...] | None:
+        """The lines that the proofs since the last time needed; None where that is not wanted or not to be told."""
+        proofs, self._proofs = self._proofs, []
+        if not self.solver.settings.reasons:
+            return None
+        found: dict[Hypothesis, None] = {}
+        for question in proofs:
+            needed = self.solver.needed(question)
+            if needed is None:
+                return None
+            found |= dict.fromkeys(one for part in needed if (one := self._hypothesis(part)) is not None)
+        return tuple(sorted(found, key=_by_place))
+
+    def _hypothesis(self, part: Constraint) -> Hypothesis | None:
+        """What a part of a question is to a reader; None for the claim and for what a proof brings itself."""
+        if part.what in (CLAIM, INDUCTION):
+            return None
+        (name,) = named([part]) or ("",)
+        claim = self.claim(name) if name else None
+        if claim is not None:
+            kind = "law" if claim.law else "lemma"
+            return Hypothesis(kind, f"{kind} `{name}`", None if claim.law else part.span)
+        if part.what.startswith(CARRIER):
+            return Hypothesis("carrier", self._membership(part), part.span)
+        said = part.what if part.span is None else " ".join(part.span.text.split())
+        return Hypothesis(part.what, said, part.span)
+
+    def _membership(self, part: Constraint) -> str:
+        """That a variable is in its carrier, as it is declared where a part says it of other terms."""
+        name = part.what.removeprefix(CARRIER).removesuffix(" afterwards").strip("`")
+        declared = {d.name: d for d in (*self.situation.variables, *self.situation.constants)}.get(name)
+        plain = isinstance(part.term, core.Apply) and isinstance(part.term.operands[0], Variable)
+        return text(part.term) if plain or declared is None else f"{name} in {text(declared.carrier)}"
+
+    def _aside(self, way: Callable[[], _T]) -> _T:
+        """What comes of a question that is no part of the proof at hand."""
+        kept = self._used, self._missing, self._proofs
+        self._used, self._missing, self._proofs = {}, {}, []
+        try:
+            return way()
+        finally:
+            self._used, self._missing, self._proofs = kept
+
     def _holds(self, claim: Claim) -> bool:
         """Whether a lemma is proved without the help of one that is being proved."""
         if claim.law:
             return True
         if claim.name in self._proving:
             return False
-        kept = self._used, self._missing
-        self._used, self._missing = {}, {}
-        try:
-            return isinstance(self.lemma(claim), Impossible)
-        finally:
-            self._used, self._missing = kept
+        return isinstance(self._aside(lambda: self.lemma(claim)), Impossible)
 
     def _with_help(self, whole: tuple[Constraint, ...]) -> bool:
         """Whether what the user names proves that nothing satisfies *whole*."""
-        claims = []
-        for name in self.help.using:
-            claim = self.claim(name)
-            if claim is not None and self._holds(claim):
-                claims.append(claim)
+        claims: list[Claim] = []
+        told: list[Constraint] = []
+        for use in self.help.using:
+            claim = self.claim(use.name)
+            if claim is None or not self._holds(claim):
+                self._missing[use.name] = None
+            elif use.arguments:
+                told += used_for(claim, use.arguments, self.solver.definedness)
             else:
-                self._missing[name] = None
+                claims.append(claim)
+        whole = (*whole, *told)
         on = [v for v in variables_of(part.term for part in whole).values() if written(v) == self.help.induction]
         if on and on[0].role != "constant":
             total = tuple(self._total(whole))
             ways = schemes(total, on[0], self.specification.frees.values(), self.situation.axioms)
-            return any(
-                all(self._is_impossible(case, claims, depth) for case in scheme.cases)
-                for depth in (1, 2)
-                for scheme in ways
-            )
-        return bool(claims) and self._is_impossible(whole, claims)
+            return any(self._tried(self._in_all, scheme, claims, depth) for depth in (1, 2) for scheme in ways)
+        return bool(claims or told) and self._is_impossible(whole, claims)
+
+    def _in_all(self, scheme: Scheme, claims: Sequence[Claim], depth: int) -> bool:
+        return all(self._is_impossible(case, claims, depth) for case in scheme.cases)
 
     def _with_what_there_is(self, whole: tuple[Constraint, ...], depth: int) -> bool:
         """Whether the lemmas that there are, and the laws of the toolkit, prove that nothing satisfies *whole*."""
@@ -235,7 +307,7 @@ class Prover:
             if self._late():
                 return False
             asked = tuple(dict.fromkeys(question))
-            if isinstance(self.solver.ask(Question(asked, proof=share)), Impossible):
+            if isinstance(self._solved(Question(asked, proof=share)), Impossible):
                 if named(asked):
                     self._used |= dict.fromkeys(named(self.solver.core(asked)))
                 return True
@@ -261,7 +333,7 @@ class Prover:
         self._computing = True
         before, self.help = self.help, Help()
         try:
-            return defined(self.situation, lambda premises, goal: self.refutes(premises, goal))
+            return self._aside(lambda: defined(self.situation, lambda premises, goal: self.refutes(premises, goal)))
         finally:
             self._computing, self.help = False, before
 
@@ -273,7 +345,7 @@ class Prover:
     def _total(self, parts: Iterable[Constraint]) -> list[Constraint]:
         """The parts as conjuncts that are defined everywhere."""
         holding = self.solver.definedness.holding
-        return [replace(p, term=t) for p in parts for t in ((p.term,) if p.total else holding([p.term]))]
+        return [replace(p, term=functional(t)) for p in parts for t in ((p.term,) if p.total else holding([p.term]))]
 
     def _by_cases(self, parts: tuple[Constraint, ...], shown: tuple[Variable, ...]) -> Answer | None:
         """The question for each case of a disjunction or conditional by itself; None where that does not decide it."""
@@ -281,7 +353,7 @@ class Prover:
         for case in split:
             if self._late():
                 return None
-            answer = self.solver.ask(Question(case, shown))
+            answer = self._solved(Question(case, shown))
             if isinstance(answer, Found):
                 return answer
             if not isinstance(answer, Impossible):
@@ -296,7 +368,7 @@ class Prover:
             plain = prepared(replace(part, total=True) for part in case)
             known = [rule for part in plain for rule in rules_of(part)]
             plain = (*plain, *instances(known, plain, self.solver.definedness))
-            if self._late() or not isinstance(self.solver.ask(Question(plain, proof=0.3)), Impossible):
+            if self._late() or not isinstance(self._solved(Question(plain, proof=0.3)), Impossible):
                 return None
         return Impossible()
 
@@ -305,14 +377,14 @@ class Prover:
 
     def fails(self, goal: Term) -> Constraint:
         """That a predicate is false or undefined."""
-        return Constraint(negation(all_of(self.solver.definedness.holding([goal]))), "claim", goal.span, total=True)
+        return Constraint(negation(all_of(self.solver.definedness.holding([goal]))), CLAIM, goal.span, total=True)
 
     def performed(self, operation: core.Operation) -> Answer:
         """Whether the operation can ever be performed; asked once."""
         known = self._possible.get(("step", operation.name))
         if known is None:
             step = self.situation.step(operation)
-            known = self.find(step, self.situation.shown(operation))
+            known = self._aside(lambda: self.find(step, self.situation.shown(operation)))
             self._possible["step", operation.name] = known
         return known
 
@@ -320,7 +392,7 @@ class Prover:
         """Whether there is a state; asked once."""
         known = self._possible.get(("state", ""))
         if known is None:
-            known = self.find(self.situation.state(), self.situation.shown())
+            known = self._aside(lambda: self.find(self.situation.state(), self.situation.shown()))
             self._possible["state", ""] = known
         return known
 
@@ -351,8 +423,11 @@ class ObligationReport:
     def finding(self, status: Status, operation: core.Operation | None = None, **more: object) -> Finding:
         """A finding; the time since the last one is its time."""
         now = self._prover.clock()
-        seconds, self._start = now - self._start, now
+        seconds = now - self._start
         hypotheses, missing = self._prover.take_help()
+        # How long it takes to tell the reasons is no part of the proof's time.
+        used = self._prover.reasons()
+        self._start = self._prover.clock()
         name = operation.name if operation is not None else None
         return Finding(
             obligation=self._obligation,
@@ -363,6 +438,7 @@ class ObligationReport:
             seconds=seconds,
             hypotheses=hypotheses,
             missing=missing,
+            used=used if status == "proved" and "values" not in more else None,
             **more,  # type: ignore[arg-type]
         )
 
@@ -403,6 +479,12 @@ class ObligationReport:
                 return self.finding("unknown", operation, message=said, **more)
             case Unanswered(reason=reason):
                 return self.finding("unknown", operation, message=reason, **more)
+
+
+def _by_place(hypothesis: Hypothesis) -> tuple[bool, str, int, str]:
+    """A key that puts lines in the order of the text, and what no line says behind them."""
+    span = hypothesis.span
+    return (span is None, "" if span is None else span.source.name, 0 if span is None else span.start, hypothesis.what)
 
 
 def _told(found: Found) -> dict[str, object]:

@@ -6,8 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
-from cspcheck.cspm.oz.core import Term, Variable
+from cspcheck.cspm.oz.core import LemmaUse, Term, Variable
 from cspcheck.cspm.source import Span
+
+CLAIM = "claim"
+"""What the part of a question is that contradicts what is to be proved."""
+CARRIER = "carrier of "
+"""Before the name of a variable, in what the part of a question is that puts it into its carrier."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,16 +50,16 @@ class Help:
     """What a user says that a proof needs.
 
     Attributes:
-        using: names of lemmas and laws.
+        using: lemmas and laws.
         induction: the variable to do induction on, as it is written; None: none is to be done.
     """
 
-    using: tuple[str, ...] = ()
+    using: tuple[LemmaUse, ...] = ()
     induction: str | None = None
 
-    def also(self, names: tuple[str, ...]) -> Help:
+    def also(self, uses: tuple[LemmaUse, ...]) -> Help:
         """The same with more lemmas."""
-        return Help(tuple(dict.fromkeys((*self.using, *names))), self.induction)
+        return Help(tuple(dict.fromkeys((*self.using, *uses))), self.induction)
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,6 +155,7 @@ class SolverSettings:
         seed: of the solver.
         deadline: when to stop altogether, on the solver's clock; None: never.
         smtlib: takes the name and the text of every query; None where nobody wants them.
+        reasons: find out which lines each proof needed.
     """
 
     seconds: float = 10.0
@@ -158,6 +164,7 @@ class SolverSettings:
     seed: int = 1
     deadline: float | None = None
     smtlib: list[tuple[str, str]] | None = field(default=None)
+    reasons: bool = False
 
 
 @dataclass(slots=True)
@@ -165,7 +172,7 @@ class Request:
     """What the process of the solver is asked.
 
     Attributes:
-        verb: ``ask``, ``conflict``, ``core``, ``eliminate`` or ``solve``.
+        verb: ``ask``, ``conflict``, ``core``, ``needed``, ``eliminate`` or ``solve``.
         what: a question, parts, a term, or clauses.
         seconds, scopes, seed: see :class:`SolverSettings`.
         name, first_query: what queries are called when they are written out, and the number of the first.

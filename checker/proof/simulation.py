@@ -399,8 +399,10 @@ class Simulation:
 
     def _finding(self, rule: str, status: str, operation: Operation | None = None, **more: object) -> Finding:
         now = self.prover.clock()
-        seconds, self._start = now - self._start, now
+        seconds = now - self._start
         hypotheses, missing = self.prover.take_help()
+        used = self.prover.reasons()
+        self._start = self.prover.clock()
         more.setdefault("span", self.relation.span)
         name = operation.name if operation is not None else None
         return Finding(
@@ -411,6 +413,7 @@ class Simulation:
             seconds=seconds,
             hypotheses=hypotheses,
             missing=missing,
+            used=used if status == "proved" and "values" not in more else None,
             **more,  # type: ignore[arg-type]
         )
 
@@ -466,6 +469,7 @@ def qualified(model: ClassModel, constants: bool) -> ClassModel:
             delta=tuple(map(name, operation.delta)),
             guard=terms(operation.guard),
             effect=terms(operation.effect),
+            using=tuple(replace(use, arguments=terms(use.arguments)) for use in operation.using),
         )
         for key, operation in model.operations.items()
     }
@@ -518,6 +522,7 @@ def with_parameters_of(model: ClassModel, other: ClassModel) -> ClassModel:
             ),
             guard=renamed(operation.guard, change),
             effect=renamed(operation.effect, change),
+            using=tuple(replace(use, arguments=renamed(use.arguments, change)) for use in operation.using),
         )
         channels[name] = replace(
             mine,

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Literal
 
 from cspcheck.checker.proof.one_point import is_universe
-from cspcheck.checker.proof.question import Constraint
+from cspcheck.checker.proof.question import CARRIER, Constraint
 from cspcheck.checker.proof.terms import (
     TRUE,
     Key,
@@ -211,8 +211,8 @@ def _constant(declared: Declared) -> Variable:
 
 def _carrier_part(variable: Variable, declared: Declared) -> Constraint:
     if is_universe(declared.carrier):
-        return Constraint(TRUE, f"carrier of `{declared.name}`", declared.span)
-    return Constraint(member(variable, declared.carrier), f"carrier of `{declared.name}`", declared.span)
+        return Constraint(TRUE, f"{CARRIER}`{declared.name}`", declared.span)
+    return Constraint(member(variable, declared.carrier), f"{CARRIER}`{declared.name}`", declared.span)
 
 
 def _at(parts: Iterable[Constraint], when: When) -> tuple[Constraint, ...]:

@@ -10,8 +10,10 @@ import z3
 from cspcheck.checker.proof.definedness import Definedness
 from cspcheck.checker.proof.descriptions import extremes_exist, plain
 from cspcheck.checker.proof.encode import Encoder
+from cspcheck.checker.proof.functional import functional
 from cspcheck.checker.proof.one_point import eliminated, simplified, taken_apart
 from cspcheck.checker.proof.question import (
+    CLAIM,
     Answer,
     Constraint,
     Found,
@@ -137,7 +139,7 @@ class Solver:
         for part in parts:
             # Simplification drops what makes no difference to the truth, undefined terms included: it comes second.
             for term in (part.term,) if part.total else self.definedness.holding([part.term]):
-                terms.append(taken_apart(plain(simplified(term)), _result))
+                terms.append(taken_apart(plain(simplified(functional(term))), _result))
         terms += [plain(lemma) for term in list(terms) for lemma in extremes_exist(term)]
         if solve:
             results = [Unknown(v, universe(v.type)) for v in variables_of(terms).values() if _result(v)]
@@ -271,6 +273,30 @@ class Solver:
         found = self._core(left, self.settings.seconds * 0.4)
         return tuple(left if found is None else found)
 
+    def needed(self, question: Question) -> tuple[Constraint, ...] | None:
+        """Parts of a question that cannot hold together, as few as one by one can be left out; None: not found again.
+
+        A core that the solver tells is shortened by asking without each of its parts: the plainest reasons are left.
+        """
+        left = [part for part in question.parts if not is_true(part.term)]
+        false = next((part for part in left if is_false(part.term)), None)
+        if false is not None:
+            return (false,)
+        self._left = self.settings.seconds
+        told = self._core(left, self.settings.seconds * 0.1)
+        if told is None or not self._impossible(told, self.settings.seconds * 0.1, solve=True):
+            told = left
+            if not self._impossible(left, self.settings.seconds * (question.proof or 0.4), solve=True):
+                return None
+        left = told
+        for part in sorted(left, key=_plainness):
+            if self._left <= 0.2 * self.settings.seconds:
+                break
+            rest = [other for other in left if other is not part]
+            if self._impossible(rest, self.settings.seconds * 0.03, solve=True):
+                left = rest
+        return tuple(left)
+
     def _core(self, parts: list[Constraint], seconds: float) -> list[Constraint] | None:
         encoder = Encoder(self.specification)
         try:
@@ -291,16 +317,23 @@ class Solver:
         chosen = {str(label) for label in solver.unsat_core()}
         return [part for name, part in names.items() if name in chosen]
 
-    def _impossible(self, parts: list[Constraint], seconds: float) -> bool:
+    def _impossible(self, parts: list[Constraint], seconds: float, *, solve: bool = False) -> bool:
         encoder = Encoder(self.specification)
         try:
-            formulas = self._formulas(encoder, parts)
+            formulas = self._formulas(encoder, parts, solve=solve)
         except Unsupported:
             return False
         solver = z3.Solver(ctx=encoder.sorts.context)
         solver.set("random_seed", self.settings.seed)
         solver.add(*formulas, *encoder.facts)
         return bool(self._check(solver, seconds) == z3.unsat)
+
+
+def _plainness(part: Constraint) -> int:
+    """How plain a reason for something a part is; of the claim itself, as what should be left."""
+    plain = ("axiom", "invariant", "guard", "effect")
+    kinds = [number for number, kind in enumerate(plain, 1) if part.what.startswith(kind)]
+    return len(plain) + 2 if part.what == CLAIM else kinds[0] if kinds else len(plain) + 1 if part.span else 0
 
 
 def _result(variable: Variable) -> bool:

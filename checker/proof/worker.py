@@ -84,6 +84,8 @@ def _answered(request: Request, known: dict[int, Any]) -> Any:
                     answer = solver.conflict(request.what)
                 case "core":
                     answer = solver.core(request.what)
+                case "needed":
+                    answer = solver.needed(request.what)
                 case "eliminate":
                     from cspcheck.checker.proof.elimination import without_quantifiers
 

@@ -1,22 +1,28 @@
-"""Several threads at one search, without locks: each owns a part of the visited states.
+"""Several threads at one search, without locks on what they find: each owns a part of the visited states.
 
-A round has three phases, and all workers finish one before the next begins. Each expands its share of the rows and
-sorts the successors by who owns their part of the table; each takes what is its own from all the others and claims
-the new ones; and with the number of new states known, each writes its own to their final rows.
+A thread expands some rows, sorts the successors by who owns their part of the table, enters its own and leaves the
+others to their owners, as letters. It reads its letters before it expands more. Nobody waits for anybody until the rows
+are used up, and then only for what is in the post.
+
+New states are written where they stay at once: each thread has a stretch of the rows for itself, and gets another when
+that is full. What stays empty of the stretches is closed at the end with the last rows, so that rows without a gap are
+all that anybody else sees. In which order the states of a level come depends on chance; which they are does not.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
+from threading import Lock
 from typing import Any
 
 import numpy as np
 
 from cspcheck.checker.arrays import Int64Array
 from cspcheck.checker.kernels.jit import Kernels
-from cspcheck.checker.search.visited import Visited
+from cspcheck.checker.search.pace import TRIAL
+from cspcheck.checker.search.visited import NO_NUMBERS, Visited
 from cspcheck.checker.search.worker import Wave, Worker
 
 PARTITION_BITS = 6
@@ -24,56 +30,92 @@ PARTITION_BITS = 6
 DIVIDED_BITS = 16
 """The least size of a table that is cut, so that partitions are large enough to fill evenly."""
 SHARED_CAPACITY = 1 << 17
-"""Transitions that a worker's buffers hold at first: more between two meetings, and it still fits a cache."""
-CLAIMED = 1 << 15
-"""New states that an owner can take before they are settled."""
-MOST_ROWS = 1 << 15
-"""Rows that a worker expands in a round at most."""
+"""Transitions that a worker makes at a time: the more, the less is done between calls of kernels."""
+STRETCH = 1 << 14
+"""Rows of a stretch at most."""
+LEAST_ROWS = 64
+"""Rows that a worker takes at a time at least."""
+ENVELOPES = 8
+"""So many of a worker's may be in the post."""
+RUN_TRANSITIONS = 1 << 22
+"""About so many transitions are made at most before limits and the clock are looked at."""
+FIRST_RUN_TRANSITIONS = 1 << 18
+"""And so many at first, until it is seen whether threads gain anything."""
+MOST_COUNTED = 64
+"""Runs are counted up to here."""
 
 
-class Owner:
-    """One worker's part of the visited states: what it claims in a round."""
+class Envelope:
+    """Successors sorted by owner, on their way to the owners.
 
-    __slots__ = ("claimed", "fresh", "places", "waiting")
+    Attributes:
+        sender: who made them.
+        capacity: rows for each owner.
+        rows: flat.
+        readers: how many owners have not read theirs yet.
+    """
 
-    def __init__(self, stride: int) -> None:
-        self.fresh: Int64Array = np.empty(CLAIMED * stride, dtype=np.int64)
-        self.places: Int64Array = np.empty(CLAIMED, dtype=np.int64)
-        self.claimed = 0
-        # Outbox, and the rows in it that are still to be looked at.
-        self.waiting: list[tuple[Int64Array, int, int]] = []
+    __slots__ = ("capacity", "readers", "rows", "sender")
 
-    def claim(self, kernels: Kernels, visited: Visited, quota: int) -> None:
-        """Take in waiting rows until all are, or *quota* of them were new."""
-        self.claimed = 0
-        room = min(quota, CLAIMED)
-        for i, (outbox, begin, end) in enumerate(self.waiting):
-            begin, self.claimed = kernels.claim(
-                outbox,
-                begin,
-                end,
-                visited.stride,
-                visited.rows,
-                visited.known,
-                self.fresh,
-                self.claimed,
-                room,
-                self.places,
-                visited.table,
-                visited.bits,
-                visited.entry_bits,
-                visited.partition_bits,
-            )
-            if begin < end:
-                self.waiting = [(outbox, begin, end), *self.waiting[i + 1 :]]
-                return
-        self.waiting = []
+    def __init__(self, sender: Member, capacity: int, stride: int) -> None:
+        self.sender = sender
+        self.capacity = capacity
+        self.rows: Int64Array = np.empty(capacity * len(sender.ends) * stride, dtype=np.int64)
+        self.readers = 0
 
-    def settle(self, kernels: Kernels, visited: Visited, first: int) -> None:
-        """Number what was claimed from *first* on."""
-        kernels.settle(
-            self.fresh, self.claimed, visited.stride, visited.rows, first, self.places, visited.table, visited.bits
-        )
+
+class Member:
+    """A worker, and what it owns.
+
+    Attributes:
+        letters: envelopes, each with the rows in it that are for this one and not yet looked at.
+        left: rows that were taken to be expanded and are not yet.
+        place, end: the rest of its stretch of the rows.
+        ends: scratch.
+        free, envelopes: its envelopes that are not in the post, and how many it has altogether.
+    """
+
+    __slots__ = ("end", "ends", "envelopes", "free", "left", "letters", "place", "worker")
+
+    def __init__(self, worker: Worker, members: int) -> None:
+        self.worker = worker
+        self.letters: deque[tuple[Envelope, int, int]] = deque()
+        self.left: tuple[int, int] = (0, 0)
+        self.place = self.end = 0
+        self.ends: Int64Array = np.zeros(members, dtype=np.int64)
+        self.free: list[Envelope] = []
+        self.envelopes = 0
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether it has something to do."""
+        return bool(self.letters) or self.left[0] < self.left[1]
+
+    @property
+    def nbytes(self) -> int:
+        """The memory that its buffers take, all envelopes being as large as the next one."""
+        made = self.worker.expander
+        return made.nbytes + self.envelopes * made.capacity * made.stride * 8 * len(self.ends)
+
+    def envelope(self) -> Envelope | None:
+        """One for what the worker makes next; None if too many have not been read."""
+        made = self.worker.expander
+        while self.free:
+            envelope = self.free.pop()
+            if envelope.capacity >= made.capacity:
+                return envelope
+            self.envelopes -= 1
+        if self.envelopes >= ENVELOPES:
+            return None
+        self.envelopes += 1
+        return Envelope(self, made.capacity, made.stride)
+
+    def forget(self) -> None:
+        """Leave what is to be done undone."""
+        self.letters.clear()
+        self.free.clear()
+        self.envelopes = 0
+        self.left = (0, 0)
 
 
 class Crew:
@@ -86,17 +128,25 @@ class Crew:
     def __init__(self, workers: list[Worker], visited: Visited) -> None:
         self.workers = workers
         self._visited = visited
-        self._owners = [Owner(visited.stride) for _ in workers]
-        self._outboxes: list[Int64Array] = [np.empty(0, dtype=np.int64) for _ in workers]
-        self._ends = [np.zeros(len(workers), dtype=np.int64) for _ in workers]
-        self._rows = 1 << 10
+        self._members = [Member(worker, len(workers)) for worker in workers]
         self._partition_bits = PARTITION_BITS
         self._pool = ThreadPoolExecutor(max(1, len(workers) - 1), thread_name_prefix="search")
+        self._taking = Lock()
+        self._next = self._last = 0
+        # Whether all are to stop, and whether because a partition is full.
+        self._halted = self._blocked = False
+        self._fan_out = 8.0
+        self._runs = 0
 
     @property
-    def rows_per_round(self) -> int:
-        """How many rows are worth a round, by the experience of earlier rounds."""
-        return self._rows * len(self.workers)
+    def rows_per_run(self) -> int:
+        """How many rows are worth a run, by the experience of earlier ones."""
+        transitions = min(RUN_TRANSITIONS, FIRST_RUN_TRANSITIONS << max(0, self._runs - TRIAL))
+        return max(LEAST_ROWS * len(self.workers), int(transitions / self._fan_out))
+
+    def begin_again(self) -> None:
+        """Have small runs first: one thread went on alone meanwhile."""
+        self._runs = 0
 
     @property
     def transitions(self) -> int:
@@ -106,8 +156,7 @@ class Crew:
     @property
     def nbytes(self) -> int:
         """The memory that the buffers take."""
-        buffers = [*self._outboxes, *(a for owner in self._owners for a in (owner.fresh, owner.places))]
-        return sum(a.nbytes for a in buffers) + sum(worker.expander.nbytes for worker in self.workers)
+        return sum(member.nbytes for member in self._members)
 
     def dismiss(self) -> None:
         """End the threads."""
@@ -117,7 +166,10 @@ class Crew:
         """Run jobs at the same time; their results."""
         mine, *others = list(jobs)
         futures = [self._pool.submit(job) for job in others]
-        result = mine()
+        try:
+            result = mine()
+        finally:
+            wait(futures)  # whatever happens here, nobody is left at work on what others look at next
         return [result, *(future.result() for future in futures)]
 
     @property
@@ -145,95 +197,187 @@ class Crew:
         self._visited.rebuild(kernels, bits, self._partition_bits, self.together, len(self.workers))
         self._partition_bits = self._visited.partition_bits
 
-    def round(self, kernels: Kernels, step: Wave, first: int, last: int, make_room: Callable[[], None]) -> None:
+    def run(self, kernels: Kernels, step: Wave, first: int, last: int, make_room: Callable[[], None]) -> None:
         """Expand the rows *first* to *last* and add their successors.
 
         Args:
             step: what is to be expanded.
             make_room: called when there is little room left for new states; makes more.
         """
-        share = -(-(last - first) // len(self.workers))
-        pending = deque((begin, min(last, begin + share)) for begin in range(first, last, share))
-        short = False
-        while pending:
-            if not step.elsewhere:
-                step.rows = self._visited.rows
-            ranges = [pending.popleft() for _ in range(min(len(pending), len(self.workers)))]
-            reached = self.together(
-                self._producing(kernels, step, worker, begin, end) for worker, (begin, end) in enumerate(ranges)
-            )
-            left = [(begin, end) for begin, (_, end) in zip(reached, ranges, strict=True) if begin < end]
-            pending.extend(left)
-            short = short or bool(left)
-            self._take_in(kernels, range(len(ranges)), make_room)
-        if not self.divided:
-            return
-        fill = max(worker.expander.count / worker.expander.capacity for worker in self.workers)
-        if short:
-            self._rows = max(64, self._rows // 2)
-        elif fill < 0.4:
-            self._rows = min(MOST_ROWS, 2 * self._rows)
+        before = self.transitions
+        self._next, self._last = first, last
+        try:
+            while self._next < self._last or any(member.is_busy for member in self._members):
+                if not step.elsewhere:
+                    step.rows = self._visited.rows
+                if self.divided:
+                    self._go_on(kernels, step, make_room)
+                else:
+                    self._go_on_alone(kernels, step, make_room)
+        except BaseException:
+            for member in self._members:
+                member.forget()
+            raise
+        self._fan_out = max(1.0, (self.transitions - before) / (last - first))
+        self._runs = min(self._runs + 1, MOST_COUNTED)
 
-    def _producing(self, kernels: Kernels, step: Wave, number: int, first: int, last: int) -> Callable[[], int]:
-        def produce() -> int:
-            worker = self.workers[number]
-            reached = worker.produce(kernels, step, first, last)
-            made = worker.expander
-            room = len(made.targets) * len(self.workers)
-            if len(self._outboxes[number]) < room:
-                self._outboxes[number] = np.empty(room, dtype=np.int64)
-            kernels.sort_by_owner(
-                made.targets,
-                made.count,
-                made.stride,
-                self._visited.partition_bits,
-                len(self.workers),
-                made.capacity,
-                self._ends[number],
-                self._outboxes[number],
-            )
-            return reached
+    def _go_on(self, kernels: Kernels, step: Wave, make_room: Callable[[], None]) -> None:
+        """Have all work until there is nothing more to do or no room."""
+        self._halted = self._blocked = False
+        try:
+            self.together(self._working(kernels, step, number) for number in range(len(self._members)))
+        finally:
+            self._close_gaps(kernels)
+        if self._blocked:
+            self.relieve(kernels, make_room)
+        elif self._halted:
+            make_room()
 
-        return produce
+    def _working(self, kernels: Kernels, step: Wave, number: int) -> Callable[[], None]:
+        def work() -> None:
+            try:
+                self._work(kernels, step, number)
+            except BaseException:
+                self._halted = True
+                raise
 
-    def _take_in(self, kernels: Kernels, producers: Iterable[int], make_room: Callable[[], None]) -> None:
-        """Add what the outboxes of the given workers hold to the visited states."""
-        visited, owners = self._visited, self._owners
-        for o, owner in enumerate(owners):
-            boxes = [
-                (self._outboxes[p], o * self.workers[p].expander.capacity, int(self._ends[p][o])) for p in producers
-            ]
-            owner.waiting = [box for box in boxes if box[1] < box[2]]
-        while any(owner.waiting for owner in owners):
-            if visited.room - visited.known < 64 * len(owners):
-                make_room()
-            if not self.divided:
-                self._take_in_alone(kernels, make_room)
+        return work
+
+    def _work(self, kernels: Kernels, step: Wave, number: int) -> None:
+        """What each thread does."""
+        member = self._members[number]
+        while not self._halted:
+            if member.letters:
+                self._read(kernels, member)
+                continue
+            self._take_rows(member)
+            first, last = member.left
+            if first == last:
                 return
-            quota = (visited.room - visited.known) // len(owners)
-            self.together(_claiming(owner, kernels, visited, quota) for owner in owners)
-            firsts = visited.known + np.cumsum([0, *(owner.claimed for owner in owners)])
-            self.together(
-                _settling(owner, kernels, visited, first) for owner, first in zip(owners, firsts.tolist(), strict=False)
+            envelope = member.envelope()
+            if envelope is None:
+                return
+            member.left = member.worker.produce(kernels, step, first, last), last
+            self._send(kernels, number, envelope)
+
+    def _take_rows(self, member: Member) -> None:
+        """Let a worker that has no rows have some, if there are any."""
+        if member.left[0] < member.left[1]:
+            return
+        with self._taking:
+            left = self._last - self._next
+            # Less at a time towards the end, where one waits for the other.
+            share = min(int(0.9 * member.worker.expander.capacity / self._fan_out), left // (2 * len(self._members)))
+            first = self._next
+            self._next += min(left, max(LEAST_ROWS, share))
+            member.left = first, self._next
+
+    def _send(self, kernels: Kernels, number: int, envelope: Envelope) -> None:
+        """Send what a worker has made to the owners."""
+        member, made = self._members[number], self._members[number].worker.expander
+        if made.capacity > envelope.capacity:  # it grew
+            envelope = Envelope(member, made.capacity, made.stride)
+        ends, capacity = member.ends, envelope.capacity
+        kernels.sort_by_owner(
+            made.targets,
+            made.count,
+            made.stride,
+            self._visited.partition_bits,
+            len(ends),
+            capacity,
+            ends,
+            envelope.rows,
+        )
+        filled = [(o, o * capacity, end) for o, end in enumerate(ends.tolist()) if end > o * capacity]
+        envelope.readers = len(filled)
+        if not filled:
+            member.free.append(envelope)
+        for o, begin, end in filled:
+            letters = self._members[o].letters
+            if o == number:
+                letters.appendleft((envelope, begin, end))  # read next, as long as it is in the cache
+            else:
+                letters.append((envelope, begin, end))
+
+    def _read(self, kernels: Kernels, member: Member) -> None:
+        """Add what is in a member's next letter to the visited states."""
+        visited = self._visited
+        envelope, begin, end = member.letters.popleft()
+        while True:
+            begin, member.place = kernels.insert(
+                envelope.rows,
+                begin,
+                end,
+                visited.stride,
+                visited.rows,
+                member.place,
+                member.end,
+                visited.table,
+                visited.bits,
+                visited.entry_bits,
+                visited.partition_bits,
+                NO_NUMBERS,
             )
-            visited.known = int(firsts[-1])
-            if any(owner.waiting and owner.claimed < min(quota, CLAIMED) for owner in owners):
-                self.relieve(kernels, make_room)
+            if begin == end:
+                break
+            if member.place < member.end:
+                self._blocked = True
+            if self._blocked or not self._take_stretch(member):
+                self._halted = True
+                member.letters.appendleft((envelope, begin, end))
+                return
+        with self._taking:
+            envelope.readers -= 1
+            if not envelope.readers:
+                envelope.sender.free.append(envelope)
 
-    def _take_in_alone(self, kernels: Kernels, make_room: Callable[[], None]) -> None:
-        """Add what all owners are waiting for, in this thread."""
-        for owner in self._owners:
-            for outbox, begin, end in owner.waiting:
-                while begin < end:
-                    begin = self._visited.insert(kernels, outbox, begin, end)
-                    if begin < end:
-                        make_room()
-            owner.waiting = []
+    def _take_stretch(self, member: Member) -> bool:
+        """Let a member have a new stretch of the rows, if there are any."""
+        visited = self._visited
+        with self._taking:
+            member.place = visited.known
+            member.end = visited.known = min(visited.room, visited.known + max(1, min(STRETCH, visited.room >> 5)))
+        return member.place < member.end
 
+    def _close_gaps(self, kernels: Kernels) -> None:
+        """Move the last rows to where stretches are empty."""
+        visited = self._visited
+        gaps = sorted(((member.place, member.end) for member in self._members), reverse=True)
+        for place, end in gaps:
+            moved = min(end - place, visited.known - end)
+            kernels.move(
+                visited.rows,
+                visited.known - moved,
+                place,
+                moved,
+                visited.stride,
+                visited.table,
+                visited.bits,
+                visited.partition_bits,
+            )
+            visited.known -= end - place
+        for member in self._members:
+            member.place = member.end = 0
 
-def _claiming(owner: Owner, kernels: Kernels, visited: Visited, quota: int) -> Callable[[], None]:
-    return lambda: owner.claim(kernels, visited, quota)
+    def _go_on_alone(self, kernels: Kernels, step: Wave, make_room: Callable[[], None]) -> None:
+        """Do all that is to be done in this thread: the table cannot be shared any more."""
 
+        def insert(rows: Int64Array, begin: int, end: int) -> None:
+            while begin < end:
+                begin = self._visited.insert(kernels, rows, begin, end)
+                if begin < end:
+                    make_room()
 
-def _settling(owner: Owner, kernels: Kernels, visited: Visited, first: int) -> Callable[[], None]:
-    return lambda: owner.settle(kernels, visited, first)
+        worker = self.workers[0]
+        ranges = [member.left for member in self._members]
+        for member in self._members:
+            for envelope, begin, end in member.letters:
+                insert(envelope.rows, begin, end)
+            member.forget()
+        for first, last in [*ranges, (self._next, self._last)]:
+            while first < last:
+                if not step.elsewhere:
+                    step.rows = self._visited.rows
+                first = worker.produce(kernels, step, first, last)
+                insert(worker.expander.targets, 0, worker.expander.count)
+        self._next = self._last

@@ -35,7 +35,7 @@ INTERPRETED_ROWS = 64
 """Rows that are expanded at a time by interpreted kernels."""
 PARALLEL_ROWS = 4_096
 """Runs of fewer rows are expanded by one thread."""
-PARALLEL_STATES = 500_000
+PARALLEL_STATES = 250_000
 """Before so many states have been found threads are not tried: making a crew of them costs more than they gain."""
 NO_LIMITS = Limits()
 """A search that ends only when everything is explored."""
@@ -271,6 +271,8 @@ class LevelSearch(Findings):
         if shared:
             reached = self._share(step, first, last)
         else:
+            if self._crew is not None and not self._pace.is_for_all:
+                self._crew.begin_again()
             most = CAPACITY if self._kernels.compiled else INTERPRETED_ROWS
             reached = self._expand_rows(step, first, min(last, first + most))
         if self._workers > 1:
@@ -300,10 +302,10 @@ class LevelSearch(Findings):
     def _share(self, step: Wave, first: int, last: int) -> int:
         """Expand rows with all workers, who have been gathered; the first row that was left."""
         assert self._crew is not None
-        until = min(last, first + self._crew.rows_per_round)
+        until = min(last, first + self._crew.rows_per_run)
         if self.pairs is not None:
             self.pairs.prepare(step.rows, first, until)
-        self._crew.round(self._kernels, step, first, until, self._make_room)
+        self._crew.run(self._kernels, step, first, until, self._make_room)
         return until
 
     def _insert(self, targets: Int64Array, count: int) -> None:

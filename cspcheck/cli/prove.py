@@ -61,6 +61,7 @@ def command(**options: Any) -> None:
 
     smtlib: list[tuple[str, str]] | None = [] if options["smtlib"] is not None else None
     settings = SolverSettings(seconds=options["timeout"] or 10.0, limit=options["timeout"], smtlib=smtlib)
+    settings.reasons = options["verbose"] > options["quiet"]
     loading = checking.Settings(definitions=definitions(options), include_roots=options["include_roots"])
     with output_to(options["output"]) as output:
         listing: ProofListing

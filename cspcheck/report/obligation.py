@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from cspcheck.checker.verdict import BrokenObligation
 from cspcheck.report.style import Style, columns, harmless, pad, wrapped
@@ -34,6 +34,21 @@ def _head(name: str, names: set[str]) -> str:
     if name.endswith("!"):
         return "output"
     return "before" if f"{name}'" in names else "value"
+
+
+def hypothesis_lines(hypotheses: Sequence[tuple[int | None, str, str]], style: Style) -> list[str]:
+    """What a proof needed: the number of a line (None: no line says it), its text, what it is."""
+    if not hypotheses:
+        return ["No line beside the claim itself was needed."]
+    numbers = [f"{number}" if number is not None else "" for number, _, _ in hypotheses]
+    width = max(map(len, numbers))
+    texts = max(columns(harmless(text)) for _, text, _ in hypotheses)
+    lines = ["What was needed:"]
+    for shown, (number, text, what) in zip(numbers, hypotheses, strict=True):
+        kind = "" if number is None else f"  {style.paint(harmless(what), 'dim')}"
+        said = pad(harmless(text), min(texts, 48)) if kind else harmless(text)
+        lines.append(f"  {style.paint(f'{shown:>{width}}', 'dim')}  {said}{kind}")
+    return lines
 
 
 def obligation_lines(broken: BrokenObligation, style: Style, everything: bool, hint: str) -> list[str]:

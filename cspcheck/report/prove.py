@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from cspcheck.checker.verdict import BrokenObligation
 from cspcheck.quantities import count, show_seconds
-from cspcheck.report.obligation import obligation_lines, value_lines
+from cspcheck.report.obligation import hypothesis_lines, obligation_lines, value_lines
 from cspcheck.report.sentences import as_sentence
 from cspcheck.report.style import PLAIN, Style, columns, harmless, pad, unobeyed, wrapped
 from cspcheck.result import Exit
 
 if TYPE_CHECKING:
-    from cspcheck.checker.proof.finding import Finding
+    from cspcheck.checker.proof.finding import Finding, Hypothesis
     from cspcheck.checker.proof.precondition import Precondition
 
 SCHEMA = "cspcheck/proof/1"
@@ -80,7 +80,7 @@ class FullListing:
     def finding(self, finding: Finding) -> None:
         """One finding; those of one obligation and operation that are proved share a line."""
         self._tally.findings.append(finding)
-        if self._held and not _alike(self._held[0], finding):
+        if self._held and (finding.used is not None or not _alike(self._held[0], finding)):
             self._flush()
         if finding.status == "proved" and not finding.vacuous:
             self._held.append(finding)
@@ -129,6 +129,8 @@ class FullListing:
             for finding in held:
                 if finding.values:
                     self._indented(value_lines(finding.values, self._style, True))
+                if finding.used is not None:
+                    self._indented(hypothesis_lines(_lines(finding.used), self._style))
 
     def _helped(self, findings: Sequence[Finding]) -> None:
         """What proofs used of lemmas, and what they could not use."""
@@ -225,6 +227,11 @@ def _broken(finding: Finding) -> BrokenObligation:
     )
 
 
+def _lines(hypotheses: Sequence[Hypothesis]) -> list[tuple[int | None, str, str]]:
+    """The lines that a proof needed: number, text, what each is."""
+    return [(None if h.span is None else h.span.line, h.text, h.what) for h in hypotheses]
+
+
 class ProofDocument:
     """For programs: one JSON document."""
 
@@ -259,6 +266,9 @@ class ProofDocument:
                 "vacuous": finding.vacuous,
                 "vouched": list(finding.vouched),
                 "hypotheses": list(finding.hypotheses),
+                "used": None
+                if finding.used is None
+                else [{"what": what, "line": line, "text": text} for line, text, what in _lines(finding.used)],
                 "missing": list(finding.missing),
                 "scope": finding.scope,
                 "seconds": round(finding.seconds, 6),

@@ -181,6 +181,7 @@ FINDING: Final = _object(
         "vacuous": FLAG,
         "vouched": TEXTS,
         "hypotheses": TEXTS,
+        "used": _or_null(_list(_object({"what": TEXT, "line": MAYBE_NUMBER, "text": TEXT}))),
         "missing": TEXTS,
         "scope": MAYBE_NUMBER,
         "seconds": SECONDS,

@@ -52,10 +52,10 @@ class ObjectZ(Extension):
 
         return Obligations(**fields)
 
-    def hints(self, **fields: Any) -> s.Node:  # noqa: D102
-        from cspcheck.cspm.oz.syntax import Hints
+    def hints(self, *, names: tuple[s.NameDeclaration, ...], **fields: Any) -> s.Node:  # noqa: D102
+        from cspcheck.cspm.oz.syntax import Hints, LemmaUse
 
-        return Hints(**fields)
+        return Hints(using=tuple([LemmaUse(span=name.span, name=name.name) for name in names]), **fields)
 
     def subtype(self, **fields: Any) -> s.Assertion:  # noqa: D102
         from cspcheck.cspm.oz.syntax import Subtype

@@ -299,6 +299,20 @@ class Declared:
 
 
 @dataclass(frozen=True, kw_only=True)
+class LemmaUse:
+    """A lemma or law that helps a proof.
+
+    Attributes:
+        name, span: of the lemma, where it is used.
+        arguments: values for the variables of its outermost ``forall``, in their order; none: for whatever fits.
+    """
+
+    name: str
+    arguments: tuple[Term, ...] = ()
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Lemma:
     """A predicate that is to be proved, and may then be used in proofs.
 
@@ -306,14 +320,14 @@ class Lemma:
         name, span: of the lemma.
         term: the predicate over constants and ``before`` variables; with these it is claimed of every state.
         givens: the given sets that stand for its generic parameters.
-        using: names of the lemmas and laws that its own proof may use.
+        using: the lemmas and laws that its own proof may use; arguments speak of its outermost variables.
         induction: the variable that it is proved by induction on, as it is written; None for none.
     """
 
     name: str
     term: Term
     givens: tuple[str, ...] = ()
-    using: tuple[str, ...] = ()
+    using: tuple[LemmaUse, ...] = ()
     induction: str | None = None
     span: Span | None = field(default=None, compare=False, repr=False)
 
@@ -364,7 +378,7 @@ class Operation:
         effect: conjuncts over all roles. That variables outside delta keep their values, and that parameters and
             after-values lie in their carriers, is *not* among them.
         spans: of the schemas that it was made from.
-        using: names of lemmas and laws for the proofs about it.
+        using: lemmas and laws for the proofs about it; arguments are over all roles.
     """
 
     name: str
@@ -374,7 +388,7 @@ class Operation:
     guard: tuple[Term, ...]
     effect: tuple[Term, ...]
     spans: tuple[Span, ...] = field(default=(), compare=False, repr=False)
-    using: tuple[str, ...] = ()
+    using: tuple[LemmaUse, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -219,10 +219,14 @@ class Abbreviation(Paragraph):
 
 @dataclass(frozen=True, kw_only=True)
 class Axiom(Paragraph):
-    """``const x, y : T where p``: constants, each predicate on its own line an axiom about them."""
+    """``const x, y : T where p``: constants, each predicate on its own line an axiom about them.
+
+    ``generics`` are the names of ``const [X] ...``, which declares a constant for every choice of sets.
+    """
 
     declarations: tuple[Declare, ...]
     predicates: tuple[Term, ...] = ()
+    generics: tuple[NameDeclaration, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -278,10 +282,17 @@ class Retrieve(Paragraph):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Hints(Node):
-    """``using a, b by induction on x``: what helps a proof. ``using`` are lemmas or laws; either part may be absent."""
+class LemmaUse(NameDeclaration):
+    """``a`` or ``a(e1, e2)``: a lemma or law that helps a proof, with *arguments* for what its ``forall`` binds."""
 
-    using: tuple[NameDeclaration, ...] = ()
+    arguments: tuple[Term, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hints(Node):
+    """``using a, b(e) by induction on x``: what helps a proof. Either part may be absent."""
+
+    using: tuple[LemmaUse, ...] = ()
     induction: NameDeclaration | None = None
 
 
@@ -347,7 +358,7 @@ class OperationSchema(Node):
     delta: tuple[NameDeclaration, ...] | None
     declarations: tuple[Declare, ...] = ()
     predicates: tuple[Term, ...] = ()
-    using: tuple[NameDeclaration, ...] = ()
+    using: tuple[LemmaUse, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -360,7 +371,7 @@ class OperationDefinition(Node):
 
     name: str
     body: Term
-    using: tuple[NameDeclaration, ...] = ()
+    using: tuple[LemmaUse, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

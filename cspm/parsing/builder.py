@@ -255,10 +255,10 @@ class TreeBuilder(TypeActions):
     def using(
         self, span: Span, sign: int, names: list[s.NameDeclaration], by: int = 0, on: s.NameDeclaration | None = None
     ) -> s.Node:
-        return extension().hints(span=span, using=tuple(names), induction=on)
+        return extension().hints(span=span, names=tuple(names), induction=on)
 
     def induction(self, span: Span, sign: int, on: s.NameDeclaration) -> s.Node:
-        return extension().hints(span=span, using=(), induction=on)
+        return extension().hints(span=span, names=(), induction=on)
 
     def data_refinement(
         self,

@@ -228,4 +228,6 @@ def small_buffers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cspcheck.checker.search.levels.SHARED_CAPACITY", 2)
     monkeypatch.setattr("cspcheck.checker.search.expansion.CAPACITY", 4)
     monkeypatch.setattr("cspcheck.checker.search.expansion.SMALL_CAPACITY", 1)
-    monkeypatch.setattr("cspcheck.checker.search.crew.CLAIMED", 3)
+    monkeypatch.setattr("cspcheck.checker.search.crew.STRETCH", 3)
+    monkeypatch.setattr("cspcheck.checker.search.crew.LEAST_ROWS", 1)
+    monkeypatch.setattr("cspcheck.checker.search.crew.ENVELOPES", 2)

@@ -43,12 +43,27 @@ class ParagraphBuilder(TermBuilder):
     def given_types(self, span: Span, names: list[s.NameDeclaration]) -> z.Paragraph:
         return z.GivenTypes(span=span, names=tuple(names))
 
-    def axiom(self, span: Span, declarations: Sequence[z.Declare], predicates: Sequence[z.Term] = ()) -> z.Axiom:
-        return z.Axiom(span=span, declarations=_read(declarations), predicates=_read(predicates))
+    def axiom(
+        self,
+        span: Span,
+        generics: Sequence[s.NameDeclaration],
+        declarations: Sequence[z.Declare],
+        predicates: Sequence[z.Term] = (),
+    ) -> z.Axiom:
+        return z.Axiom(
+            span=span, declarations=_read(declarations), predicates=_read(predicates), generics=tuple(generics)
+        )
 
-    def axiom_block(self, span: Span, declarations: list[z.Declare], predicates: list[z.Term], end: int) -> z.Axiom:
+    def axiom_block(
+        self,
+        span: Span,
+        generics: Sequence[s.NameDeclaration],
+        declarations: list[z.Declare],
+        predicates: list[z.Term],
+        end: int,
+    ) -> z.Axiom:
         self._closing(span, end)
-        return self.axiom(span, declarations, predicates)
+        return self.axiom(span, generics, declarations, predicates)
 
     def _closing(self, span: Span, end: int) -> None:
         """Check the ``end`` of a block."""
@@ -136,8 +151,11 @@ class ParagraphBuilder(TermBuilder):
             hints=hints if isinstance(hints, z.Hints) else None,
         )
 
-    def using(self, span: Span, names: list[s.NameDeclaration], on: s.NameDeclaration | None = None) -> z.Hints:
-        return z.Hints(span=span, using=tuple(names), induction=on)
+    def using(self, span: Span, uses: list[z.LemmaUse], on: s.NameDeclaration | None = None) -> z.Hints:
+        return z.Hints(span=span, using=tuple(uses), induction=on)
+
+    def use(self, span: Span, name: s.NameDeclaration, arguments: Sequence[z.Term] = ()) -> z.LemmaUse:
+        return z.LemmaUse(span=name.span, name=name.name, arguments=_read(arguments))
 
     def induction(self, span: Span, on: s.NameDeclaration) -> z.Hints:
         return z.Hints(span=span, induction=on)
@@ -193,9 +211,14 @@ class ParagraphBuilder(TermBuilder):
         return z.Inherit(span=span, name=name.name, arguments=tuple(arguments), renamings=tuple(renamings))
 
     def renamed_parent(
-        self, span: Span, name: s.NameDeclaration, renamings: list[tuple[s.NameDeclaration, s.NameDeclaration]]
+        self, span: Span, parent: z.Inherit, renamings: list[tuple[s.NameDeclaration, s.NameDeclaration]]
     ) -> z.Inherit:
-        return self.parent(span, name, (), renamings)
+        later = {old.name: new for new, old in renamings}
+        done = {new.name for new, _ in parent.renamings}
+        both = [(later.get(new.name, new), old) for new, old in parent.renamings]
+        both = [(new, old) for new, old in both if new.name != old.name]  # the later undoes the earlier
+        both += [(new, old) for new, old in renamings if old.name not in done]
+        return z.Inherit(span=span, name=parent.name, arguments=parent.arguments, renamings=tuple(both))
 
     def interface(
         self, span: Span, word: int, names: list[s.NameDeclaration], parameters: Sequence[z.Declare] = ()
@@ -230,7 +253,7 @@ class ParagraphBuilder(TermBuilder):
         name: s.NameDeclaration,
         declarations: list[z.Declare],
         predicates: list[z.Term],
-        lemmas: list[s.NameDeclaration],
+        lemmas: list[z.LemmaUse],
     ) -> _Section:
         return self._operation_schema(span, name, None, declarations, predicates, lemmas)
 
@@ -241,7 +264,7 @@ class ParagraphBuilder(TermBuilder):
         delta: Names,
         declarations: list[z.Declare],
         predicates: list[z.Term],
-        lemmas: list[s.NameDeclaration],
+        lemmas: list[z.LemmaUse],
     ) -> _Section:
         return self._operation_schema(span, name, delta, declarations, predicates, lemmas)
 
@@ -252,7 +275,7 @@ class ParagraphBuilder(TermBuilder):
         delta: Names | None,
         declarations: Sequence[z.Declare],
         predicates: Sequence[z.Term],
-        lemmas: Sequence[s.NameDeclaration],
+        lemmas: Sequence[z.LemmaUse],
     ) -> _Section:
         made = z.OperationSchema(
             span=span,
@@ -265,7 +288,7 @@ class ParagraphBuilder(TermBuilder):
         return _Section("operations", (made,), span)
 
     def operation_definition(
-        self, span: Span, name: s.NameDeclaration, body: z.Term, lemmas: list[s.NameDeclaration]
+        self, span: Span, name: s.NameDeclaration, body: z.Term, lemmas: list[z.LemmaUse]
     ) -> _Section:
         if isinstance(body, z.OperationText):
             return self._operation_schema(span, name, body.delta, body.declarations, body.predicates, lemmas)

@@ -77,7 +77,10 @@ class ParagraphLayout(LineLayout):
 
     def _axiom(self, at: int, *, top: bool) -> int:
         self._emit("const", at)
-        at = self._declarations(at + 1, only=True)
+        at += 1
+        if self.tokens[at].kind == "[" and not self.tokens[at].first:
+            at = self._generics(at)
+        at = self._declarations(at, only=True)
         block = top and self.tokens[at].kind == "where"
         at = self._where(at)
         if block:
@@ -183,7 +186,7 @@ class ParagraphLayout(LineLayout):
         return at
 
     def _using(self, at: int) -> int:
-        """Lay out the names of lemmas, if they are there."""
+        """Lay out the names of lemmas, with what they are used for, if they are there."""
         if not self._is_word(at, "using"):
             return at
         self._emit("using", at)
@@ -193,6 +196,21 @@ class ParagraphLayout(LineLayout):
                 break
             self._emit(self.tokens[at].kind, at)
             at += 1
+            if self.tokens[at].kind == "(" and self._last == "NAME":
+                at = self._arguments(at)
+        return at
+
+    def _arguments(self, at: int) -> int:
+        """Lay out what a lemma is used for: expressions in brackets."""
+        self._emit("_CALL", at)
+        self._frames.append(OpenFrame("("))
+        at += 1
+        while len(self._frames) > 1 and not self.tokens[at].section:
+            if self._begins_line(at):
+                self._gap("_BREAK", at)
+            self._term(at)
+            at += 1
+        self._closed()
         return at
 
     def _definition(self, at: int) -> int:

@@ -8,9 +8,18 @@ from graphlib import CycleError, TopologicalSorter
 from cspcheck.cspm.diagnostics import DiagnosticSink
 from cspcheck.cspm.oz import core, laws, syntax as s
 from cspcheck.cspm.oz.typing import messages, type_messages
-from cspcheck.cspm.oz.typing.scopes import PredicatePlace, SetEntry, TypingScope, whole
+from cspcheck.cspm.oz.typing.fitting import unknown_in
+from cspcheck.cspm.oz.typing.scopes import (
+    ParameterEntry,
+    PredicatePlace,
+    SetEntry,
+    TypingScope,
+    VariableEntry,
+    whole,
+)
 from cspcheck.cspm.oz.typing.typing import Typing
 from cspcheck.cspm.oz.typing.typing_operators import Wrong
+from cspcheck.cspm.oz.typing.uses import WrongArgument, fitted, outermost
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.spelling import suggestions
 from cspcheck.cspm.syntax import tree as syntax
@@ -27,6 +36,7 @@ class Lemmas:
         self._typing = typing
         self._report = report
         self._wrong: set[str] = set()
+        self._fitted: set[Span] = set()
         self.givens: dict[str, Span] = {}
 
     def declared(
@@ -64,10 +74,45 @@ class Lemmas:
             name=tree.name,
             term=term,
             givens=tuple(givens),
-            using=tuple([name.name for name in hints.using]),
+            using=self.uses(hints.using, self._inside(inner, term), place),
             induction=None if on is None else on.name,
             span=tree.span,
         )
+
+    def _inside(self, scope: TypingScope, term: core.Term) -> TypingScope:
+        """The scope with the variables that a lemma is about."""
+        inner = TypingScope(scope)
+        for binder in outermost(term):
+            variable = core.Variable(type=binder.type, name=binder.name, role="bound")
+            if inner.own(binder.written) is None and term.span is not None:
+                inner.add(binder.written, VariableEntry(variable, term.span))
+        return inner
+
+    def uses(self, uses: Iterable[s.LemmaUse], scope: TypingScope, place: PredicatePlace) -> tuple[core.LemmaUse, ...]:
+        """Lemmas with the values that they are used for, whose types are looked at when all lemmas are known.
+
+        Raises:
+            Wrong: something in a value is wrong.
+        """
+        found = []
+        for use in uses:
+            arguments = tuple([self._typing.open_expression(term, scope, place) for term in use.arguments])
+            found.append(core.LemmaUse(name=use.name, arguments=arguments, span=use.span))
+        return tuple(found)
+
+    def uses_of_operation(
+        self, uses: Iterable[s.LemmaUse], scope: TypingScope, parameters: Iterable[core.Parameter]
+    ) -> tuple[core.LemmaUse, ...]:
+        """What an operation says that proofs about it need; mistakes are reported."""
+        inner = TypingScope(scope)
+        for parameter in parameters:
+            entry = ParameterEntry(parameter.name, parameter.kind, parameter.type, parameter.span)
+            inner.add(parameter.name, entry)
+        try:
+            return self.uses(uses, inner, "effect")
+        except Wrong as wrong:
+            self._report(wrong.diagnostic)
+            return ()
 
     def check(
         self,
@@ -79,12 +124,17 @@ class Lemmas:
         for tree in declarations:
             if isinstance(tree, s.Lemma):
                 self._known(tree.hints, lemmas)
+                self._fit(lemmas.get(tree.name), lemmas)
             elif isinstance(tree, s.Class) and tree.name in models:
                 known = {**lemmas, **models[tree.name].lemmas}
                 for paragraph in tree.paragraphs:
-                    self._known(paragraph.hints if isinstance(paragraph, s.Lemma) else None, known)
+                    if isinstance(paragraph, s.Lemma):
+                        self._known(paragraph.hints, known)
+                        self._fit(known.get(paragraph.name), known)
                 for operation in tree.operations:
                     self._known(s.Hints(span=operation.span, using=operation.using), known)
+                for made in models[tree.name].operations.values():
+                    self._fit(made, known)
         for table in (lemmas, *[{**lemmas, **model.lemmas} for model in models.values()]):
             self._acyclic(table)
 
@@ -94,8 +144,30 @@ class Lemmas:
                 near = suggestions(name.name, [*lemmas, *laws.names()])
                 self._report(messages.unknown_lemma(name.name, name.span, near))
 
+    def _fit(self, user: core.Lemma | core.Operation | None, lemmas: Mapping[str, core.Lemma]) -> None:
+        """Report values of another number or type than the variables of the lemma that is used for them."""
+        for use in user.using if user is not None else ():
+            lemma = lemmas.get(use.name) or (laws.laws()[use.name] if use.name in laws.names() else None)
+            if lemma is None or not use.arguments or use.span is None or use.span in self._fitted:
+                continue
+            self._fitted.add(use.span)  # a child has the operations of its parents
+            binders = outermost(lemma.term)
+            if len(binders) != len(use.arguments):
+                names = [binder.written for binder in binders]
+                self._report(messages.lemma_arguments(use.name, names, len(use.arguments), use.span))
+                continue
+            try:
+                fitted(lemma, use.arguments)
+            except WrongArgument as wrong:
+                argument = use.arguments[wrong.position]
+                if unknown_in(argument.type):
+                    self._report(type_messages.open_type(argument.span or use.span))
+                    continue
+                name, types = binders[wrong.position].written, (str(wrong.wanted), str(argument.type))
+                self._report(messages.lemma_argument(use.name, name, *types, argument.span or use.span))
+
     def _acyclic(self, lemmas: Mapping[str, core.Lemma]) -> None:
-        sorter = TopologicalSorter({name: lemma.using for name, lemma in lemmas.items()})
+        sorter = TopologicalSorter({name: [use.name for use in lemma.using] for name, lemma in lemmas.items()})
         try:
             sorter.prepare()
         except CycleError as cycle:
@@ -105,17 +177,12 @@ class Lemmas:
                 self._report(messages.circular_lemmas(names, span))
 
 
-def outermost(term: core.Term) -> tuple[core.Binder, ...]:
-    """The variables that a predicate says something of for all values, whatever else it says."""
-    if isinstance(term, core.Quantifier) and term.kind == "forall":
-        return (*term.binders, *outermost(term.body))
-    return ()
-
-
-def helpful(tree: s.Class, event: str, inherited: core.Operation | None) -> tuple[str, ...]:
-    """The lemmas for proofs about an operation of a class, those that its parents name among them."""
-    names = list(inherited.using if inherited is not None else ())
+def helpful(
+    tree: s.Class, event: str, inherited: core.Operation | None
+) -> tuple[tuple[core.LemmaUse, ...], tuple[s.LemmaUse, ...]]:
+    """The lemmas for proofs about an operation: those that the class's parents name, and those that it names itself."""
+    own: list[s.LemmaUse] = []
     for operation in tree.operations:
         if operation.name in (event, *[f"{prefix}_{event}" for prefix in ("com", "enable", "effect")]):
-            names += [name.name for name in operation.using]
-    return tuple(dict.fromkeys(names))
+            own += operation.using
+    return inherited.using if inherited is not None else (), tuple(own)

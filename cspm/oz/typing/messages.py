@@ -185,7 +185,10 @@ def parameter_not_of_channel(name: str, channel: str, span: Span, suggested: Seq
 
 
 def parameter_type(name: str, channel: str, found: str, declared: str, span: Span, other: Span) -> Diagnostic:
-    """A parameter that schema and channel give different types."""
+    """A parameter that schema and channel give different types, or two operands if there is no channel yet."""
+    if not channel:
+        told = f"`{name}` is of type `{declared}` in one operand and `{found}` in the other"
+        return Diagnostic("CSP646", told, span, labels=(Label(other, "first declared here"),))
     return Diagnostic(
         "CSP646",
         f"`{name}` is of type `{found}` here and `{declared}` on the channel `{channel}`",
@@ -561,6 +564,38 @@ _LEMMA = "lemma two : forall s, t : seq nat @ #(s ^ t) = #s + #t by induction on
 def unknown_lemma(name: str, span: Span, suggested: Sequence[str]) -> Diagnostic:
     """A name behind ``using`` that no lemma has."""
     return Diagnostic("CSP661", f"there is no lemma `{name}`", span, help=_meant(suggested))
+
+
+_SUM = "lemma sum : forall m, n : nat @ m + n >= m\nlemma one : forall k : nat @ k + 1 >= k using sum({0})"
+
+
+@mistake(
+    "CSP664",
+    "a lemma is used for what it says nothing of",
+    explanation=(
+        "In brackets behind a lemma stand the values that it is used for: one for each variable that its outermost "
+        "`forall` binds, in that order and of that type. Without brackets it is used for whatever fits."
+    ),
+    example=_SUM.format("k"),
+    repair=_SUM.format("k, 1"),
+)
+def lemma_arguments(name: str, variables: Sequence[str], given: int, span: Span) -> Diagnostic:
+    """Too many values for a lemma, or too few. *variables*: that it is about."""
+    if not variables:
+        told = f"`{name}` begins with no `forall`: it is used without values"
+        return Diagnostic("CSP664", told, span, annotation="no value is needed")
+    shown = ", ".join(f"`{variable}`" for variable in variables)
+    many = f"{len(variables)} values" if len(variables) > 1 else "one value"
+    told = (
+        f"`{name}` is used for {many}, here are {given}" if given > 1 else f"`{name}` is used for {many}, here is one"
+    )
+    return Diagnostic("CSP664", told, span, annotation=f"it says something of all {shown}")
+
+
+def lemma_argument(name: str, variable: str, wanted: str, found: str, span: Span) -> Diagnostic:
+    """A value for a variable of a lemma that is of another type."""
+    told = f"`{variable}` of the lemma `{name}` is of type {wanted}, and this is of type {found}"
+    return Diagnostic("CSP664", told, span, annotation=f"{wanted} is needed")
 
 
 @mistake(

@@ -221,16 +221,23 @@ class Writer:
 
     def _axiom(self, node: z.Axiom) -> str:
         declarations = self._lines(map(self._declare, node.declarations))
-        return f"\\begin{{axdef}}\n{declarations}{self._where(node.predicates)}\\end{{axdef}}\n"
+        box, generics = ("gendef", f"[{_names(node.generics)}]") if node.generics else ("axdef", "")
+        return f"\\begin{{{box}}}{generics}\n{declarations}{self._where(node.predicates)}\\end{{{box}}}\n"
 
     def _lemma(self, node: z.Lemma) -> str:
         generics = f"[{_names(node.generics)}]" if node.generics else ""
         lines = [self.term(node.predicate)]
         if node.hints is not None and node.hints.using:
-            lines.append(f"\\using {_names(node.hints.using)}")
+            lines.append(f"\\using {self._uses(node.hints.using)}")
         if node.hints is not None and node.hints.induction is not None:
             lines.append(f"\\induction {_name(node.hints.induction.name)}")
         return f"\\begin{{ozlemma}}{{{_name(node.name)}}}{generics}\n{self._lines(lines)}\\end{{ozlemma}}\n"
+
+    def _uses(self, uses: Iterable[z.LemmaUse]) -> str:
+        """Lemmas, with what they are used for."""
+        return ", ".join(
+            _name(use.name) + (f"({', '.join(map(self.term, use.arguments))})" if use.arguments else "") for use in uses
+        )
 
     # --- classes ---------------------------------------------------------------------------------------------
 
@@ -282,11 +289,11 @@ class Writer:
     def _operation(self, node: z.OperationSchema | z.OperationDefinition) -> str:
         if isinstance(node, z.OperationDefinition):
             body = self._marked(self._printer.operations(node.body), operations=True)
-            return f"{_name(node.name)} \\sdef {body}" + (f" \\using {_names(node.using)}" if node.using else "")
+            return f"{_name(node.name)} \\sdef {body}" + (f" \\using {self._uses(node.using)}" if node.using else "")
         delta = [] if node.delta is None else [f"\\Delta ({_names(node.delta)})"]
         lines = self._lines([*delta, *map(self._declare, node.declarations)])
         predicates = [*map(self.term, node.predicates)]
-        using = [f"\\using {_names(node.using)}"] if node.using else []
+        using = [f"\\using {self._uses(node.using)}"] if node.using else []
         where = f"\\where\n{self._lines([*predicates, *using])}" if predicates else self._lines(using)
         return f"\\begin{{op}}{{{_name(node.name)}}}\n{lines}{where}\\end{{op}}\n"
 

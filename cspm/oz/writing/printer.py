@@ -64,11 +64,20 @@ def claim_text(node: s.Assertion) -> str:
     raise AssertionError(node)
 
 
-def _hints(node: z.Hints | None) -> str:
+def _uses(uses: Sequence[z.LemmaUse], symbols: bool = False) -> str:
+    """Lemmas, with what they are used for."""
+    shown = []
+    for use in uses:
+        arguments = [lay_out(TermPrinter(symbols).term(term), 10_000) for term in use.arguments]
+        shown.append(use.name + (f"({', '.join(arguments)})" if arguments else ""))
+    return ", ".join(shown)
+
+
+def _hints(node: z.Hints | None, symbols: bool = False) -> str:
     """What helps a proof, with a blank before it; nothing where nothing does."""
     if node is None:
         return ""
-    using = f" using {names(node.using)}" if node.using else ""
+    using = f" using {_uses(node.using, symbols)}" if node.using else ""
     return using + (f" by induction on {node.induction.name}" if node.induction is not None else "")
 
 
@@ -107,7 +116,7 @@ class ParagraphPrinter(TermPrinter):
 
     def _lemma(self, node: z.Lemma) -> Doc:
         generics = f"[{names(node.generics)}]" if node.generics else ""
-        hints = _hints(node.hints)
+        hints = _hints(node.hints, self.symbols)
         head = cat(f"lemma {node.name}{generics} : ", nest(self.term(node.predicate)))
         if not hints:
             return head
@@ -131,13 +140,14 @@ class ParagraphPrinter(TermPrinter):
         """Constants with their axioms; *closed* puts an ``end`` behind."""
         declarations = [self.declare(declaration) for declaration in node.declarations]
         end = " end" if closed else ""
+        head = f"const [{names(node.generics)}]" if node.generics else "const"
         if len(declarations) == 1 and len(node.predicates) < 2 and not self._in_lines(node):
-            line = cat("const ", declarations[0])
+            line = cat(head, " ", declarations[0])
             for predicate in node.predicates:
                 line = cat(line, " where ", self.term(predicate), end)
             if width(line) <= WIDTH - 12:
                 return line
-        lines = cat("const ", declarations[0]) if len(declarations) == 1 else cat("const", self._lines(declarations))
+        lines = cat(head, " ", declarations[0]) if len(declarations) == 1 else cat(head, self._lines(declarations))
         return cat(lines, self._where(node.predicates), cat(HARD, "end") if closed else "")
 
     def _in_lines(self, node: z.Axiom | z.OperationSchema) -> bool:
@@ -251,7 +261,7 @@ class ParagraphPrinter(TermPrinter):
         return cat(f"op {node.name}", lines, self._where(node.predicates), using)
 
     def _using(self, node: z.OperationSchema | z.OperationDefinition) -> Doc:
-        return cat(HARD, f"using {names(node.using)}") if node.using else ""
+        return cat(HARD, f"using {_uses(node.using, self.symbols)}") if node.using else ""
 
     def _delta(self, node: z.OperationSchema | z.OperationText) -> list[Doc]:
         return [] if node.delta is None else [cat(self.sign("Delta", "Δ"), "(", names(node.delta), ")")]

@@ -18,7 +18,7 @@ from cspcheck.checker.kernels.jit import Kernels
 from cspcheck.checker.packing.packed import pack
 from cspcheck.checker.search import crew as parallel_search, levels as level_search, reserve, visited
 from cspcheck.checker.search.exploration import explore
-from cspcheck.checker.search.visited import Visited
+from cspcheck.checker.search.visited import NO_NUMBERS, Visited
 from tests.checker.vehicle import PROCESSES, cycle, synchronised
 from tests.examples import examples
 
@@ -179,10 +179,10 @@ def test_a_divided_table_finds_the_same_or_says_that_a_partition_is_full(
 @pytest.mark.parametrize("compiled", [False, True])
 @checked
 @given(data=st.data(), stride=st.integers(1, 2), owners=st.integers(1, 4), room=st.integers(1, 20))
-def test_owners_claim_what_one_thread_would_insert(
+def test_owners_add_what_one_thread_would(
     compiled: bool, data: st.DataObject, stride: int, owners: int, room: int
 ) -> None:
-    """Rows sorted by owner, claimed by each from its part, and settled are the set of all rows."""
+    """Rows sorted by owner, added by each to stretches of its own, and the gaps closed are the set of all rows."""
     code = jit.kernels(compiled)
     found = Visited(stride, bits=12)
     found.rebuild(code, 12, 3)
@@ -199,21 +199,23 @@ def test_owners_claim_what_one_thread_would_insert(
         for other in range(one):
             assert not set(parts[one]) & set(parts[other])
     waiting = {o: (o * capacity, int(ends[o])) for o in range(owners)}
+    stretches = dict.fromkeys(range(owners), (0, 0))
     while waiting:
-        # All claim before any settles, as threads do.
-        claims = []
         for o, (begin, end) in waiting.items():
-            fresh, places = np.zeros(room * stride, dtype=np.int64), np.zeros(room, dtype=np.int64)
-            begin, claimed = code.claim(
-                outbox, begin, end, stride, found.rows, found.known, fresh, 0, room, places,
-                found.table, found.bits, found.entry_bits, 3,
+            place, last = stretches[o]
+            if place == last:
+                place, last = found.known, found.known + room
+                found.known = last
+            begin, place = code.insert(
+                outbox, begin, end, stride, found.rows, place, last,
+                found.table, found.bits, found.entry_bits, 3, NO_NUMBERS,
             )  # fmt: skip
-            claims.append((fresh, claimed, places))
-            waiting[o] = (begin, end)
-        for fresh, claimed, places in claims:
-            code.settle(fresh, claimed, stride, found.rows, found.known, places, found.table, found.bits)
-            found.known += claimed
+            stretches[o], waiting[o] = (place, last), (begin, end)
         waiting = {o: (begin, end) for o, (begin, end) in waiting.items() if begin < end}
+    for place, last in sorted(stretches.values(), reverse=True):
+        moved = min(last - place, found.known - last)
+        code.move(found.rows, found.known - moved, place, moved, stride, found.table, found.bits, 3)
+        found.known -= last - place
     assert len(listed(found)) == len(set(before + rows))
     assert set(listed(found)) == set(before + rows)
     numbers = np.zeros(max(1, len(rows)), dtype=np.int64)

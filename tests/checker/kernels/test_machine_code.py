@@ -11,6 +11,7 @@ import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from cspcheck.checker.kernels.arrays import no_guide
 from cspcheck.cspm import caches
 from cspcheck.cspm.interruption import Stopped
 
+MOVED = [5 << 3 | 2, (5 << 3 | 2) - 7, 0, 0, 9, 9]
 COMPILING = "compiling the search kernels for this machine; once"
 
 
@@ -30,24 +32,26 @@ def _few(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """A cache of its own, for few kernels."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setattr(jit, "MODULES", (table,))
-    monkeypatch.setattr(jit, "ENTRIES", {"settle": (), "enter_all": ()})
+    monkeypatch.setattr(jit, "ENTRIES", {"move": (), "enter_all": ()})
     monkeypatch.setattr(jit, "_forms", {})
     monkeypatch.setattr(caches, "_told", set())
 
 
-def settle(code: jit.Kernels) -> list[int]:
-    """What one of the kernels does to a table of three entries."""
-    entries = np.array([-1, 5 << 3 | 7, -1], dtype=np.int32)
-    rows = np.zeros(4, dtype=np.int64)
-    code.settle(np.array([9], dtype=np.int64), 1, 1, rows, 2, np.array([1], dtype=np.int64), entries, 3)
-    return [*entries.tolist(), *rows.tolist()]
+def move(code: jit.Kernels, kind: type[np.signedinteger[Any]] = np.int32) -> list[int]:
+    """What one of the kernels does to a state, its entry, and another row."""
+    rows = np.array([0, 0, 0, 9], dtype=np.int64)
+    place = table.hash_of(rows.tolist(), 3, 1) >> 60
+    entries = np.full(8, -1, dtype=kind)
+    entries[place] = 5 << 3 | 3
+    code.move(rows, 3, 2, 1, 1, entries, 3, 0)  # type: ignore[arg-type]
+    return [int(entries[place]), int(entries.sum()), *rows.tolist()]
 
 
 def use() -> list[str]:
     """Load the kernels as a new process does and use one; the lines that the user is told."""
     told: list[str] = []
     jit._forms.clear()
-    assert settle(jit.kernels(True, told.append)) == [-1, 5 << 3 | 2, -1, 0, 0, 9, 0]
+    assert move(jit.kernels(True, told.append)) == MOVED
     return told
 
 
@@ -83,8 +87,8 @@ def test_nothing_that_is_done_with_it_changes_it(tmp_path: Path, caplog: pytest.
     (place,) = kept(tmp_path)
     before = place.read_bytes(), place.stat().st_mtime_ns
     code, rows = jit.kernels(True), np.zeros(1, dtype=np.int64)
-    with pytest.raises(TypeError, match="settle, argument table: a contiguous array of int32 is expected"):
-        code.settle(rows, 0, 1, rows, 0, rows, np.zeros(1, dtype=np.int16), 3)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="move, argument table: a contiguous array of int32 is expected"):
+        code.move(rows, 0, 0, 0, 1, np.zeros(1, dtype=np.int16), 3, 0)  # type: ignore[arg-type]
     use()
     assert (place.read_bytes(), place.stat().st_mtime_ns) == before
     assert caplog.messages == []
@@ -94,7 +98,7 @@ def test_installations_with_the_same_text_share_it(tmp_path: Path) -> None:
     """Wherever they are, and whenever their files were written."""
     script = (
         "from cspcheck.checker.kernels import jit, table\n"
-        "jit.MODULES, jit.ENTRIES = (table,), {'settle': ()}\n"
+        "jit.MODULES, jit.ENTRIES = (table,), {'move': ()}\n"
         "jit.kernels(True, lambda line: print('compiling'))\n"
         "print(jit.__file__)\n"
     )
@@ -222,7 +226,5 @@ def test_tables_of_wide_entries_have_kernels_of_their_own(tmp_path: Path) -> Non
     use()
     code = jit.kernels(True)
     for _ in range(2):
-        table = np.array([-1, 5 << 3 | 7, -1], dtype=np.int64)
-        code.settle(np.array([9]), 1, 1, np.zeros(4, dtype=np.int64), 2, np.array([1]), table, 3)  # type: ignore[arg-type]
-        assert table.tolist() == [-1, 5 << 3 | 2, -1]
+        assert move(code, np.int64) == MOVED
         assert len(kept(tmp_path)) == 2

@@ -12,7 +12,16 @@ from cspcheck.checker.proof.finding import Finding
 from cspcheck.checker.proof.induction import opened
 from cspcheck.checker.proof.obligations import discharge
 from cspcheck.checker.proof.question import Found, Help, Impossible
-from tests.checker.proof.classes import findings, prover
+from cspcheck.checker.proof.simulation import Simulation, projection
+from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.typing.elaboration import elaborate
+from cspcheck.cspm.oz.writing.core_text import written
+from cspcheck.cspm.oz.writing.latex_writer import write_latex
+from cspcheck.cspm.parsing.reading import parse
+from cspcheck.cspm.printing.formatter import format_source
+from cspcheck.cspm.source import Source
+from tests.checker.proof.classes import findings, prover, specification
 
 SUM = """
 const sum : seq nat -> nat
@@ -356,3 +365,139 @@ def test_a_question_in_plain_words_is_the_same_question(seed: int) -> None:
         assert isinstance(answer, Impossible) == holds, said
         proved += holds
     assert 5 < proved < 55
+
+
+USED = """
+lemma grows : forall a, b : nat | a <= b @ a * a <= b * b
+class Squares
+  chan up : [k? : nat]
+  main = up -> main
+  state
+    n, m : nat
+  where
+    n * n <= m * m
+  init
+    n = 0 and m = 0
+  op up
+    Delta(n, m)
+    k? : nat
+  where
+    n <= k?
+    n' = n and m' = k?
+  using {used}
+end
+"""
+
+
+class TestArguments:
+    """Lemmas with the values that they are used for."""
+
+    @pytest.mark.parametrize("used", ["grows(n, k?)", "grows(n', m')", "grows(0, 1), grows(n + 0, m')"])
+    def test_a_lemma_helps_with_what_it_says_of_them(self, used: str) -> None:
+        (found,) = findings(USED.format(used=used), "invariant preserved")
+
+        assert (found.status, found.hypotheses) == ("proved", ("grows",))
+
+    def test_it_says_nothing_else(self) -> None:
+        """A law that is of help for other values than these."""
+        text = "lemma two : forall s, t : seq nat @ #(s ^ t) = 2 * #s using {}"
+        told = {
+            used: findings(text.format(used) + "\nclass C\nend", "lemma")[0].status
+            for used in ("length_of_filter(s, {1})", "length_of_filter")
+        }
+
+        assert set(told.values()) == {"refuted"}
+
+    def test_a_lemma_uses_another_for_its_own_variables_and_by_induction(self) -> None:
+        text = (
+            SUM
+            + """
+lemma two : forall s, t : seq nat @ sum(s ^ t) = sum(s) + sum(t) by induction on t
+lemma three : forall s, t, u : seq nat @ sum(s ^ t ^ u) = sum(s) + sum(t) + sum(u) using two(s, t ^ u), two(t, u)
+lemma twice : forall s : seq nat; n : nat @ sum(<n> ^ s ^ <n>) = n + n + sum(s)
+  using two(<n>, s ^ <n>), two(s, <n>), two(<>, <n>)
+class C
+end
+"""
+        )
+        found = {f.detail: (f.status, f.hypotheses) for f in findings(text, "lemma")}
+
+        assert found["`three`"] == found["`twice`"] == ("proved", ("two",))
+
+    def test_where_a_value_is_undefined_nothing_is_said(self) -> None:
+        text = """
+lemma one : forall n : nat @ n >= 0
+lemma wrong : forall s : seq int @ s = <> or head s >= 0 using one(head s)
+lemma none : forall s : seq int @ head(tail(<1>)) >= 0 using one(head(tail(<1>)))
+class C
+end
+"""
+        assert not [f for f in findings(text, "lemma") if f.status == "proved" and f.detail != "`one`"]
+
+    def test_a_false_lemma_helps_with_no_values(self) -> None:
+        (found,) = findings(USED.replace("a * a <= b * b", "a > b").format(used="grows(n, k?)"), "invariant preserved")
+
+        assert (found.hypotheses, found.missing) == ((), ("grows",))
+
+    def test_generic_parameters_are_what_the_values_say(self) -> None:
+        text = """
+lemma both : forall a, b : finset (nat cross nat) | a inter b = {} @ #(a union b) = #a + #b using card_of_union(a, b)
+class C
+end
+"""
+        (found,) = findings(text, "lemma")
+
+        assert (found.status, found.hypotheses) == ("proved", ("card_of_union",))
+
+    def test_children_and_refinements_have_the_values_of_their_parents(self) -> None:
+        text = (
+            USED.format(used="grows(n, k?)")
+            + """
+class Child
+  inherit Squares
+  chan up : [k? : nat]
+  state
+    z : nat
+end
+assert Squares [OZ= Child
+"""
+        )
+        spec = specification(text)
+        use = spec.classes["Child"].operations["up"].using
+        assert [(u.name, [written(v) for v in u.arguments if isinstance(v, core.Variable)]) for u in use] == [
+            ("grows", ["n", "k?"])
+        ]
+        assert statuses(findings(text, "invariant preserved")) == {"proved"}
+        simulation = Simulation(spec, projection(spec, "Squares", "Child"))
+        correct = [f for f in simulation.downward() if f.obligation == "correctness"]
+        assert statuses(correct) == {"proved"}
+
+    @pytest.mark.parametrize(
+        ("used", "told"),
+        [
+            ("grows(n)", "`grows` is used for 2 values, here is one"),
+            ("grows(n, n, n)", "`grows` is used for 2 values, here are 3"),
+            ("grows(n, {n})", "`b` of the lemma `grows` is of type int, and this is of type power int"),
+            ("grows(n, k!)", "`k!` is no parameter of this operation"),
+            ("grows(n, o)", "`o` is not known here"),
+            ("card_of_union({}, {})", "what this empty collection could hold is not said"),
+        ],
+    )
+    def test_values_that_do_not_fit_are_told(self, used: str, told: str) -> None:
+        with pytest.raises(ScriptError) as error:
+            specification(USED.format(used=used))
+
+        assert told in str(error.value)
+
+    @pytest.mark.parametrize(
+        "used", ["grows(n, k?)", "grows(n, k?), grows", "grows((n + 1) * 2, if n > 1 then n' else 0)"]
+    )
+    def test_what_is_read_is_printed_in_both_notations(self, used: str) -> None:
+        tree = parse(Source("test.csp", USED.format(used=used)))
+
+        printed = [format_source(tree.span.source), write_latex(tree)]
+
+        again = [parse(Source(name, text)) for name, text in zip(("a.csp", "a.tex"), printed, strict=True)]
+        for other in again:
+            uses = elaborate(other).specification.classes["Squares"].operations["up"].using
+            assert uses == elaborate(tree).specification.classes["Squares"].operations["up"].using

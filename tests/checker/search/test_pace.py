@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import itertools
+import math
 
+import numpy as np
 import pytest
 
+from cspcheck.checker.kernels import jit
 from cspcheck.checker.packing.packed import pack
-from cspcheck.checker.search import levels, pace
+from cspcheck.checker.search import crew, expansion, levels, pace
 from cspcheck.checker.search.exploration import explore
 from cspcheck.checker.search.pace import Pace
+from cspcheck.checker.search.visited import Visited
+from cspcheck.checker.search.worker import Wave, Worker
 from tests.checker.vehicle import cycle, synchronised
 
 
@@ -62,6 +67,27 @@ def test_threads_that_gain_nothing_are_tried_ever_more_seldom(together: float) -
     assert sum(shared for _, shared in found) == pace.TRIAL * len(trials)
 
 
+@pytest.mark.parametrize("together", [0.7e7, 0.9e7, 1.04e7])
+@pytest.mark.parametrize("seconds", [0.2, 0.8, 3.0, 30.0])
+def test_threads_that_gain_nothing_cost_next_to_nothing(together: float, seconds: float) -> None:
+    """A search that one thread does in so many seconds, whose first shared runs are as small as those of a crew."""
+    clock, alone = Clock(), 1e7
+    chooses, left = Pace(clock), seconds * alone
+    runs = 0
+    begun = clock.now
+    while left > 0:
+        shared = chooses.is_for_all
+        runs = runs + 1 if shared else 0
+        many = min(left, crew.FIRST_RUN_TRANSITIONS << max(0, runs - pace.TRIAL - 1) if shared else expansion.CAPACITY)
+        spent = many / (together if shared else alone)
+        clock.now += spent
+        chooses.note(round(many), spent, together=shared)
+        left -= many
+    trial = pace.TRIAL * crew.FIRST_RUN_TRANSITIONS * max(0, 1 / together - 1 / alone)
+    trials = 1 + math.log2(1 + seconds / pace.PAUSE)
+    assert clock.now - begun < seconds + trials * trial + 1e-6
+
+
 def test_a_gain_that_ends_is_noticed() -> None:
     clock = Clock()
     chooses = Pace(clock)
@@ -84,6 +110,29 @@ def test_small_searches_have_one_thread(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(levels, "Crew", refused)
     packed = pack(synchronised({name: cycle(*(f"{name}{i}" for i in range(10))) for name in "ABCDE"}))
     assert explore(packed, workers=2).levels[-1] == 100_000
+
+
+def test_each_trial_begins_with_small_runs() -> None:
+    packed = pack(synchronised({name: cycle(*(f"{name}{i}" for i in range(10))) for name in "ABC"}))
+    found = Visited(packed.words)
+    together = crew.Crew([Worker(packed, None) for _ in range(2)], found)
+    code = jit.kernels(True)
+    found.insert(code, packed.initial.copy(), 0, 1)
+    together.divide(code)
+    first = together.rows_per_run
+    assert first == crew.FIRST_RUN_TRANSITIONS // 8
+    try:
+        step = Wave(packed.visible, True, found.rows, 0, np.zeros(0, dtype=np.uint8))
+        done = 0
+        while done < found.known:
+            begin, done = done, found.known
+            together.run(code, step, begin, done, lambda: together.grow(code))
+        assert (found.known, together.transitions) == (1_000, 3_000)
+        assert together.rows_per_run == crew.RUN_TRANSITIONS // 3  # 28 levels
+        together.begin_again()
+        assert together.rows_per_run == crew.FIRST_RUN_TRANSITIONS // 3
+    finally:
+        together.dismiss()
 
 
 def test_runs_of_all_that_none_is_held_against_say_nothing() -> None:

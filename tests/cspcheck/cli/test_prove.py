@@ -81,6 +81,26 @@ def test_json_has_every_obligation(folder: Path, capsys: pytest.CaptureFixture[s
     ]
 
 
+def test_more_tells_the_lines_that_a_proof_needed(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["prove", "good.csp", "--obligation", "invariant preserved", "-v", "--color", "never"]) == 0
+
+    lines = capsys.readouterr().out.splitlines()
+    start = next(i for i, line in enumerate(lines) if "up `n <= 9`" in line)
+    assert lines[start + 1 : start + 4] == [
+        "      What was needed:",
+        "        15  n < 9       effect",
+        "        16  n' = n + 1  effect",
+    ]
+    assert run(["prove", "good.csp", "--obligation", "invariant preserved", "-v", "--format", "json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["obligations"][0]["used"] == [
+        {"what": "effect", "line": 15, "text": "n < 9"},
+        {"what": "effect", "line": 16, "text": "n' = n + 1"},
+    ]
+    assert run(["prove", "good.csp", "--obligation", "invariant preserved", "--format", "json"]) == 0
+    assert json.loads(capsys.readouterr().out)["obligations"][0]["used"] is None
+
+
 def test_preconditions(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["prove", "bad.csp", "--precondition", "up"]) == 0
     assert capsys.readouterr().out == "`Counter.up` is possible where\n  n <= 8\n"

@@ -217,9 +217,10 @@ def paragraphs(terms, *, local: bool = False):
     )
 
 
+uses = node(z.LemmaUse, name=names, arguments=st.one_of(st.just(()), some(terms(1), 1, 2)))
 hints = st.one_of(
     st.none(),
-    node(z.Hints, using=some(declared_names, 1, 2), induction=st.one_of(st.none(), declared_names)),
+    node(z.Hints, using=some(uses, 1, 2), induction=st.one_of(st.none(), declared_names)),
     node(z.Hints, induction=declared_names),
 )
 
@@ -264,13 +265,13 @@ def classes(terms):
                     delta=delta,
                     declarations=declares(terms, 0),
                     predicates=lines(terms),
-                    using=some(declared_names, 0, 2),
+                    using=some(uses, 0, 2),
                 ),
                 node(
                     z.OperationDefinition,
                     name=names,
                     body=operation_terms(2).filter(lambda body: not isinstance(body, z.OperationText)),
-                    using=some(declared_names, 0, 2),
+                    using=some(uses, 0, 2),
                 ),
             )
         ),
