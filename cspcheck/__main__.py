@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import sys
 from types import FrameType
 from typing import NoReturn
+
+COLLECTOR = (100_000, 20, 20)
+"""How seldom the command looks for cycles: in objects, and in looks at younger ones for one at older ones."""
 
 
 def main() -> NoReturn:
@@ -13,8 +17,11 @@ def main() -> NoReturn:
 
     A signal to end is an interrupt from the first moment on, while what the command needs is still being imported.
     """
+    # What a script is read into stays until the end: to look for cycles after every 700 objects is a tenth of the time
+    # of a small check.
+    gc.set_threshold(*COLLECTOR)
     try:
-        signal.signal(signal.SIGTERM, _interrupt)
+        signal.signal(signal.SIGTERM, asked_to_end)
         from cspcheck.cli import run
 
         code = run()
@@ -30,8 +37,9 @@ def main() -> NoReturn:
     sys.exit(code)
 
 
-def _interrupt(number: int, frame: FrameType | None) -> None:
-    raise KeyboardInterrupt
+def asked_to_end(number: int, frame: FrameType | None) -> None:
+    """What the signal to end does: an interrupt that says which signal it was."""
+    raise KeyboardInterrupt(number)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ performed or a branch that is never taken is told; what stands behind it is not,
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from cspcheck.cspm.evaluator.recording import RecordingEvaluator
@@ -15,6 +15,7 @@ from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
 from cspcheck.cspm.process.terms import ExternalChoice, InternalChoice, Prefix, Process, Reference
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.syntax.children import children
 
 if TYPE_CHECKING:
     from cspcheck.checker.check import Checker
@@ -279,18 +280,3 @@ def _inside(node: syntax.Node) -> Iterator[syntax.Node]:
         current = todo.pop()
         yield current
         todo.extend(children(current))
-
-
-def children(node: syntax.Node) -> Iterator[syntax.Node]:
-    """The nodes directly below a node, in the order of the text."""
-    for field in fields(node):
-        if field.compare:
-            yield from _nodes(getattr(node, field.name))
-
-
-def _nodes(value: object) -> Iterator[syntax.Node]:
-    if isinstance(value, syntax.Node):
-        yield value
-    elif isinstance(value, tuple):
-        for item in value:
-            yield from _nodes(item)

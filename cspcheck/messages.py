@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from cspcheck.cspm.diagnostics import Diagnostic, Severity, mistake
-from cspcheck.cspm.source import Span
+
+if TYPE_CHECKING:
+    from cspcheck.cspm.source import Span
 
 
 @mistake(

@@ -13,9 +13,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import ClassVar, ParamSpec
+from typing import TYPE_CHECKING, ClassVar, ParamSpec
 
-from cspcheck.cspm.source import Span
+if TYPE_CHECKING:
+    from cspcheck.cspm.source import Span
 
 P = ParamSpec("P")
 

@@ -70,16 +70,21 @@ def shortest_cycle(waits_for: Blocked) -> tuple[int, ...] | None:
 
     Of several the one with the earliest slot, which comes first; None if there is none.
     """
-    import networkx
-
-    graph = networkx.DiGraph()
-    graph.add_edges_from((slot, other) for slot in sorted(waits_for) for other in sorted(waits_for[slot]))
-    cycles: list[tuple[int, ...]] = []
-    for start in sorted(waits_for):
-        # Breadth first, so the first that waits for the start closes the shortest cycle through it.
-        ways = networkx.single_source_shortest_path(graph, start) if start in graph else {}
-        cycles += [tuple(way) for end, way in ways.items() if graph.has_edge(end, start)][:1]
+    cycles = [cycle for start in sorted(waits_for) if (cycle := _shortest_cycle_through(start, waits_for))]
     return min(cycles, key=len, default=None)
+
+
+def _shortest_cycle_through(start: int, waits_for: Blocked) -> tuple[int, ...] | None:
+    # Breadth first, so the first that waits for the start closes the shortest cycle through it.
+    ways: list[tuple[int, ...]] = [(start,)]
+    seen = {start}
+    for way in ways:  # grows
+        others = waits_for.get(way[-1], set())
+        if start in others:
+            return way
+        ways += [(*way, other) for other in sorted(others - seen)]
+        seen |= others
+    return None
 
 
 def _without_rules(process: Process, network: Network) -> dict[Move, set[int]]:

@@ -11,18 +11,19 @@ Whatever is not known here to be harmless is refused.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from cspcheck.checker.independence.classes import Carried, ClassReader
 from cspcheck.checker.independence.types import Touched
 from cspcheck.checker.independence.uses import DataUse, Dependent, Use, total
-from cspcheck.cspm.evaluator.free import children
 from cspcheck.cspm.naming.symbols import Names, Symbol, SymbolKind
-from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.processes.nodes import CarrierSet, ClassProcess, ConstantValue
 from cspcheck.cspm.syntax import tree as s
+from cspcheck.cspm.syntax.children import children
 from cspcheck.cspm.typing.inference import Types
 from cspcheck.cspm.typing.types import Dot, resolve, spread
+
+if TYPE_CHECKING:
+    from cspcheck.checker.independence.classes import Carried
 
 HARMLESS: Final = frozenset(
     {
@@ -113,6 +114,9 @@ class ScriptReader:
             case s.Dot():
                 return self._is_fit(node.left, inside) and self._is_fit(node.right, inside)
             case CarrierSet():
+                from cspcheck.checker.independence.classes import ClassReader  # most scripts have no classes
+                from cspcheck.cspm.oz import core
+
                 reader = ClassReader(self.carried(node), core.ClassModel(name="", span=node.span))
                 for carrier in node.carriers:
                     reader.carrier(carrier)
@@ -135,6 +139,8 @@ class ScriptReader:
 
     def carried(self, node: CarrierSet | ClassProcess) -> Carried:
         """Where values of the type are in the Object-Z part."""
+        from cspcheck.checker.independence.classes import Carried
+
         return Carried(self.given, node.context)
 
     def data(self, node: ClassProcess) -> DataUse:
@@ -147,6 +153,8 @@ class ScriptReader:
             raise Dependent("classes are not read as they are written")
         found = self._data.get(node.model.name)
         if found is None:
+            from cspcheck.checker.independence.classes import ClassReader
+
             found = self._data[node.model.name] = ClassReader(self.carried(node), node.model).use()
         return found
 

@@ -6,11 +6,11 @@ from typing import Final
 
 from cspcheck.checker.independence.reading import COMPRESSIONS, ProcessReader, bodies
 from cspcheck.checker.independence.uses import total
-from cspcheck.cspm.evaluator.free import children
 from cspcheck.cspm.naming.symbols import Symbol, SymbolKind
 from cspcheck.cspm.oz.processes.alphabets import Alphabets
 from cspcheck.cspm.oz.processes.nodes import ClassProcess
 from cspcheck.cspm.syntax import tree as s
+from cspcheck.cspm.syntax.children import children
 
 _BOTH: Final = (s.Synchronised, s.AlphabetisedParallel, s.LinkedParallel, s.ClassParallel, s.ProcessBinary)
 

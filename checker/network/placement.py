@@ -59,15 +59,32 @@ def network_of(formats: Formats, heads: HeadNormalForms, has_machines: Told = ne
 
 def _slots_of_their_own(formats: Formats) -> list[int]:
     """A slot for each place; one for all places that components pass between ."""
-    import networkx
+    passed = [
+        (format.places[path], after.format.places[path])
+        for format in formats.all
+        for after in format.nexts.values()
+        for path in kept(format, after)
+    ]
+    places = {place for format in formats.all for place in format.places.values()}
+    return _numbered(first_of_joined(len(places), passed))
 
-    passed = networkx.Graph()
-    passed.add_nodes_from(place for format in formats.all for place in format.places.values())
-    for format in formats.all:
-        for after in format.nexts.values():
-            passed.add_edges_from((format.places[path], after.format.places[path]) for path in kept(format, after))
-    first = {place: min(together) for together in networkx.connected_components(passed) for place in together}
-    return _numbered(first[place] for place in range(len(first)))
+
+def first_of_joined(number: int, pairs: Iterable[tuple[int, int]]) -> list[int]:
+    """For each of the numbers from 0 the smallest of those that the pairs join it with, one after the other."""
+    # Disjoint sets whose root is the smallest. NetworkX has them, too, but takes longer to be imported than all the
+    # rest of a small check.
+    above = list(range(number))
+
+    def first(one: int) -> int:
+        while above[one] != one:
+            above[one] = above[above[one]]
+            one = above[one]
+        return one
+
+    for pair in pairs:
+        one, other = sorted(map(first, pair))
+        above[other] = one
+    return [first(one) for one in range(number)]
 
 
 def _shared_slots(formats: Formats) -> list[int]:

@@ -13,6 +13,7 @@ from cspcheck.checker.proof.client import SolverClient
 from cspcheck.checker.proof.defined import defined, with_domains, without_definitions
 from cspcheck.checker.proof.finding import Finding, Hypothesis, Severity, Status
 from cspcheck.checker.proof.finite import found_in_scope, is_small
+from cspcheck.checker.proof.functional import functional
 from cspcheck.checker.proof.induction import INDUCTION, Scheme, opened, schemes
 from cspcheck.checker.proof.lemmas import (
     Claim,
@@ -344,7 +345,7 @@ class Prover:
     def _total(self, parts: Iterable[Constraint]) -> list[Constraint]:
         """The parts as conjuncts that are defined everywhere."""
         holding = self.solver.definedness.holding
-        return [replace(p, term=t) for p in parts for t in ((p.term,) if p.total else holding([p.term]))]
+        return [replace(p, term=functional(t)) for p in parts for t in ((p.term,) if p.total else holding([p.term]))]
 
     def _by_cases(self, parts: tuple[Constraint, ...], shown: tuple[Variable, ...]) -> Answer | None:
         """The question for each case of a disjunction or conditional by itself; None where that does not decide it."""
@@ -372,8 +373,7 @@ class Prover:
         return Impossible()
 
     def _late(self) -> bool:
-        deadline = self.solver.settings.deadline
-        return deadline is not None and self.clock() >= deadline
+        return self.solver.is_late
 
     def fails(self, goal: Term) -> Constraint:
         """That a predicate is false or undefined."""

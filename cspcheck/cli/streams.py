@@ -6,7 +6,6 @@ import contextlib
 import os
 import stat
 import sys
-import tempfile
 from types import TracebackType
 from typing import Protocol, Self, TextIO
 
@@ -169,6 +168,8 @@ class WholeFile:
         folder, name = os.path.split(self._path)
         if os.path.exists(self._path) and not os.access(self._path, os.W_OK):
             raise PermissionError(13, "Permission denied", path)
+        import tempfile  # with its random numbers and archives too much for the help
+
         number, self._temporary = tempfile.mkstemp(prefix=f".{name}.", suffix=".tmp", dir=folder)
         self.stream: TextIO = os.fdopen(number, "w", encoding=encoding, errors="backslashreplace", newline="")
 

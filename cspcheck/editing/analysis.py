@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from cspcheck.coverage import children
 from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
 from cspcheck.cspm.naming.resolve import resolve
 from cspcheck.cspm.naming.symbols import Names, Symbol
@@ -20,6 +19,7 @@ from cspcheck.cspm.parsing.reading import parse, read_source
 from cspcheck.cspm.printing.printer import print_assertion
 from cspcheck.cspm.source import Source, Span
 from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.syntax.children import children
 from cspcheck.cspm.typing.inference import Types, infer
 from cspcheck.editing.occurrences import Occurrence, occurrences
 

@@ -6,11 +6,11 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from cspcheck.coverage import children
 from cspcheck.cspm.naming.symbols import Names, Symbol, SymbolKind
 from cspcheck.cspm.oz import syntax as oz
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.syntax.children import children
 
 
 @dataclass(frozen=True, slots=True)

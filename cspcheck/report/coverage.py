@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from cspcheck.coverage import Coverage, Never
+from typing import TYPE_CHECKING
+
 from cspcheck.report.style import Style, harmless, wrapped
+
+if TYPE_CHECKING:
+    from cspcheck.coverage import Coverage, Never
 
 _NAMES = {
     "prefix": "",

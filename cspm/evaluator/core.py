@@ -18,7 +18,6 @@ from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.evaluator.builtins_data import as_sequence
 from cspcheck.cspm.evaluator.builtins_processes import as_event, builtins_for
 from cspcheck.cspm.evaluator.frames import Frame
-from cspcheck.cspm.evaluator.free import children
 from cspcheck.cspm.evaluator.sorts import Sorts
 from cspcheck.cspm.evaluator.strictness import Strictness
 from cspcheck.cspm.naming.resolve import Names
@@ -28,6 +27,7 @@ from cspcheck.cspm.process.terms import Process
 from cspcheck.cspm.recursion import FRAMES, enlarge_stack
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.syntax.children import children
 from cspcheck.cspm.syntax.dispatch import Dispatch
 from cspcheck.cspm.values import messages as messages
 from cspcheck.cspm.values.dots import Channels, Dotted

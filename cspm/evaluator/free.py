@@ -2,34 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
-from typing import Any
-
 from cspcheck.cspm.naming.patterns import variables
 from cspcheck.cspm.naming.symbols import Names, Symbol
 from cspcheck.cspm.syntax import tree as syntax
-
-_CHILD_FIELDS: dict[type[syntax.Node], tuple[str, ...]] = {}
-
-
-def _child_fields(kind: type[syntax.Node]) -> tuple[str, ...]:
-    found = _CHILD_FIELDS.get(kind)
-    if found is None:
-        found = _CHILD_FIELDS[kind] = tuple([f.name for f in fields(kind) if f.name != "span"])
-    return found
-
-
-def children(node: syntax.Node) -> list[syntax.Node]:
-    """The nodes directly inside *node*."""
-    found: list[syntax.Node] = []
-    stack: list[Any] = [getattr(node, name) for name in _child_fields(type(node))]
-    while stack:
-        item = stack.pop()
-        if isinstance(item, syntax.Node):
-            found.append(item)
-        elif isinstance(item, tuple):
-            stack.extend(item)
-    return found
+from cspcheck.cspm.syntax.children import children
 
 
 def mentioned(node: syntax.Node, names: Names, known: dict[int, frozenset[Symbol]]) -> frozenset[Symbol]:

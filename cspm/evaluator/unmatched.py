@@ -13,11 +13,11 @@ from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.evaluator.core import Evaluator
 from cspcheck.cspm.evaluator.dotting import dot_parts
 from cspcheck.cspm.evaluator.frames import Frame
-from cspcheck.cspm.evaluator.free import children
 from cspcheck.cspm.evaluator.patterns import compile_pattern, flat_dots, is_irrefutable, named_head
 from cspcheck.cspm.naming.messages import input_matches_nothing
 from cspcheck.cspm.naming.symbols import SymbolKind
 from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.syntax.children import children
 from cspcheck.cspm.typing.inference import Types
 from cspcheck.cspm.typing.types import Atom, Datatype, MapOf, SequenceOf, SetOf, TupleOf, resolve
 from cspcheck.cspm.values.dots import Head
@@ -47,7 +47,7 @@ def unmatched_inputs(
                 found = None  # what is wrong with the channel is told where it is used
             if found is not None:
                 yield found
-        waiting.extend(sorted(children(node), key=lambda child: child.span.start, reverse=True))
+        waiting.extend(reversed(children(node)))
 
 
 class _Walk:

@@ -219,10 +219,14 @@ class Abbreviation(Paragraph):
 
 @dataclass(frozen=True, kw_only=True)
 class Axiom(Paragraph):
-    """``const x, y : T where p``: constants, each predicate on its own line an axiom about them."""
+    """``const x, y : T where p``: constants, each predicate on its own line an axiom about them.
+
+    ``generics`` are the names of ``const [X] ...``, which declares a constant for every choice of sets.
+    """
 
     declarations: tuple[Declare, ...]
     predicates: tuple[Term, ...] = ()
+    generics: tuple[NameDeclaration, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -48,7 +48,7 @@ def run(table: Table, start: str, tokens: Tokens, builder: Builder) -> Any:
     """
     source = tokens.source
     actions, gotos = table.actions, table.gotos
-    rules = _rules_for(table, type(builder))
+    rules, chains = _rules_for(table, type(builder))
     states = [table.starts[start]]
     values: list[Any] = []
     begins: list[int] = []
@@ -68,7 +68,11 @@ def run(table: Table, start: str, tokens: Tokens, builder: Builder) -> Any:
                 return values[-1]
             target, size, kept, method = rules[-action - 1]
             if method is None and size == 1:
-                states[-1] = gotos[states[-2]][target]
+                here = states[-2], states[-1], kind
+                after = chains.get(here)
+                if after is None:
+                    after = chains[here] = _after_units(table, *here)
+                states[-1] = after
                 continue
             if size:
                 begin, end = begins[-size], ends[-1]
@@ -98,17 +102,33 @@ def run(table: Table, start: str, tokens: Tokens, builder: Builder) -> Any:
 Ready = tuple[str, int, tuple[int, ...], Any]
 """A rule's target, size and kept parts, and what makes a value of these: a method or the name of an action on lists."""
 
-_ready: dict[tuple[int, type], tuple[Table, list[Ready]]] = {}
+Chains = dict[tuple[int, int, str], int]
+"""The state below the top, the state on top and the next kind: what is on top after rules that change nothing else.
+
+A number in brackets goes through all levels of precedence, one rule after the other.
+"""
+
+_ready: dict[tuple[int, type], tuple[Table, list[Ready], Chains]] = {}
 """By the identity of the table, which is kept, so that no other can have it, and by the builder's class."""
 
 
-def _rules_for(table: Table, builder: type) -> list[Ready]:
+def _after_units(table: Table, below: int, top: int, kind: str) -> int:
+    """The state on top after all reductions, one behind the other, of one symbol that stands for itself."""
+    while (action := table.actions[top].get(kind)) is not None and action < 0:
+        rule = table.rules[-action - 1]
+        if rule.action is not None or rule.size != 1:
+            break
+        top = table.gotos[below][rule.target]
+    return top
+
+
+def _rules_for(table: Table, builder: type) -> tuple[list[Ready], Chains]:
     """The rules of a table for builders of a class, found once: small texts are parsed faster than they are made."""
     known = _ready.get((id(table), builder))
     if known is None:
         rules = [(rule.target, rule.size, rule.kept, _method(builder, rule.action)) for rule in table.rules]
-        known = _ready[id(table), builder] = (table, rules)
-    return known[1]
+        known = _ready[id(table), builder] = (table, rules, {})
+    return known[1:]
 
 
 def _method(builder: type, action: str | None) -> Any:

@@ -277,6 +277,15 @@ class EventSet:
         self._hash = hash(self.ranges)
 
     @classmethod
+    def _of_sorted(cls, ranges: list[tuple[int, int]]) -> EventSet:
+        """The set with these ranges, which are as they are kept."""
+        made = cls.__new__(cls)
+        made.ranges = tuple(ranges)
+        made._starts = [start for start, _ in ranges]
+        made._hash = hash(made.ranges)
+        return made
+
+    @classmethod
     def of(cls, events: Iterable[int]) -> EventSet:
         """The set of the given identifiers."""
         return cls((e, e + 1) for e in events)
@@ -316,7 +325,7 @@ class EventSet:
                 i += 1
             else:
                 j += 1
-        return EventSet(result)
+        return EventSet._of_sorted(result)
 
     def __sub__(self, other: EventSet) -> EventSet:
         result: list[tuple[int, int]] = []
@@ -332,14 +341,28 @@ class EventSet:
                 k += 1
             if start < end:
                 result.append((start, end))
-        return EventSet(result)
+        return EventSet._of_sorted(result)
 
     def __le__(self, other: EventSet) -> bool:
-        return not (self - other)
+        return all(other.has_range(start, end) for start, end in self.ranges)
+
+    def has_range(self, start: int, end: int) -> bool:
+        """Whether all identifiers from *start* to below *end*, of which there are some, are in the set."""
+        i = bisect_right(self._starts, start) - 1
+        return i >= 0 and end <= self.ranges[i][1]
 
     def isdisjoint(self, other: EventSet) -> bool:
         """Whether the two sets have no event in common."""
-        return not (self & other)
+        i = j = 0
+        mine, theirs = self.ranges, other.ranges
+        while i < len(mine) and j < len(theirs):
+            if mine[i][1] <= theirs[j][0]:
+                i += 1
+            elif theirs[j][1] <= mine[i][0]:
+                j += 1
+            else:
+                return False
+        return True
 
     def __repr__(self) -> str:
         return f"EventSet({list(self.ranges)})"

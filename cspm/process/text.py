@@ -26,14 +26,14 @@ def describe_events(events: EventSet, table: EventTable, *, width: int = WIDTH) 
     whole: list[str] = []
     single: list[str] = []
     used = 0
-    remaining = events
+    everything: list[tuple[int, int]] = []
     for channel in table.channels:
         if channel.size and channel.size > 1:
-            everything = EventSet(((channel.base, channel.base + channel.size),))
-            if everything <= remaining:
+            all_of_it = (channel.base, channel.base + channel.size)
+            if events.has_range(*all_of_it):
                 whole.append(channel.name)
-                remaining = remaining - everything
-    for event in remaining:
+                everything.append(all_of_it)
+    for event in events - EventSet(everything):
         if used > width:
             single.append("...")
             break

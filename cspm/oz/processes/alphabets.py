@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from cspcheck.cspm.evaluator.free import children
 from cspcheck.cspm.naming.symbols import Names, Symbol, SymbolKind
 from cspcheck.cspm.oz.processes.nodes import ClassExpression, ClassProcess
 from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.syntax.children import children
 
 _FOLLOWED = frozenset({SymbolKind.VALUE, SymbolKind.FUNCTION, SymbolKind.VARIABLE})
 

@@ -27,7 +27,7 @@ from cspcheck.cspm.diagnostics import Diagnostic, ScriptError
 from cspcheck.cspm.oz import core, syntax as oz
 from cspcheck.cspm.oz.processes import messages as messages
 from cspcheck.cspm.oz.processes.context import ClassContext
-from cspcheck.cspm.oz.processes.nodes import CarrierSet, ClassModule, ClassProcess, ConstantValue
+from cspcheck.cspm.oz.processes.nodes import OBJECTS, WIDE, CarrierSet, ClassModule, ClassProcess, ConstantValue
 from cspcheck.cspm.oz.typing.elaboration import Elaborated, flat
 from cspcheck.cspm.oz.typing.equations import names_in
 from cspcheck.cspm.oz.typing.fields import Fields, kept_fields
@@ -37,10 +37,6 @@ from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.syntax.tree import Declaration, Expr, Name
 
-WIDE = "%"
-"""Behind the name of a given set without a reading: the datatype that its elements would be of."""
-OBJECTS = "%objects"
-"""Behind the name of a class: the datatype that its objects are of."""
 DONE = "(done)"
 """The private event by which the data part of a class agrees to terminate."""
 
@@ -133,7 +129,7 @@ class _Desugaring:
                 if self._claim(name, "an abbreviation", paragraph.span):
                     yield _value(name, paragraph.span, self._set([term], None, paragraph.span))
         for constant in specification.constants:
-            if self._claim(constant.name, "a constant", constant.span):
+            if constant.name.isidentifier() and self._claim(constant.name, "a constant", constant.span):
                 yield self._constant(constant, None)
 
     def _abbreviated(self, paragraph: Declaration) -> tuple[str, core.Term] | None:
@@ -409,8 +405,3 @@ def _names_of(declaration: Declaration) -> Iterator[tuple[str, Span]]:
 
 
 __all__ = ["Fields", "desugared", "names_in"]
-
-
-def given_name(datatype: str) -> str:
-    """The given or free type whose datatype has a name."""
-    return datatype.removesuffix(OBJECTS).removesuffix(WIDE)

@@ -15,9 +15,8 @@ from cspcheck.cspm.evaluator.frames import Frame
 from cspcheck.cspm.naming.symbols import Names, Symbol
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.processes.alphabets import Alphabets
-from cspcheck.cspm.oz.processes.desugaring import given_name
 from cspcheck.cspm.oz.processes.meaning import DataPart
-from cspcheck.cspm.oz.processes.nodes import CarrierSet, ClassExpression, ClassProcess, ConstantValue
+from cspcheck.cspm.oz.processes.nodes import CarrierSet, ClassExpression, ClassProcess, ConstantValue, given_name
 from cspcheck.cspm.oz.values.carriers import TooLarge, Unbounded
 from cspcheck.cspm.oz.values.conversion import Conversion
 from cspcheck.cspm.oz.values.enumeration import enumeration, membership

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 from cspcheck.cspm.naming.symbols import Symbol
 from cspcheck.cspm.oz import core
-from cspcheck.cspm.oz.processes.desugaring import given_name
-from cspcheck.cspm.oz.processes.nodes import CarrierSet, ClassExpression, ClassProcess, ConstantValue
+from cspcheck.cspm.oz.processes.nodes import CarrierSet, ClassExpression, ClassProcess, ConstantValue, given_name
 from cspcheck.cspm.syntax import tree as syntax
 from cspcheck.cspm.typing.types import BOOL, INT, PROC, REAL, MapOf, SequenceOf, SetOf, TupleOf, Type
 

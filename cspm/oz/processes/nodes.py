@@ -17,6 +17,16 @@ from cspcheck.cspm.syntax.tree import ModuleDeclaration, Name
 if TYPE_CHECKING:
     from cspcheck.cspm.oz.processes.context import ClassContext
 
+WIDE = "%"
+"""Behind the name of a given set without a reading: the datatype that its elements would be of."""
+OBJECTS = "%objects"
+"""Behind the name of a class: the datatype that its objects are of."""
+
+
+def given_name(datatype: str) -> str:
+    """The given or free type whose datatype has a name."""
+    return datatype.removesuffix(OBJECTS).removesuffix(WIDE)
+
 
 @dataclass(frozen=True, kw_only=True)
 class ClassExpression(syntax.Foreign):

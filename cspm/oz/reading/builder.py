@@ -61,12 +61,14 @@ class TermBuilder:
             index += 1  # of no width, behind the part before
         return index
 
-    def _decoration(self, index: int) -> z.Decoration:
-        decoration = self.token(index).decoration
-        if len(decoration) > 1:
+    def _decorated(self, index: int) -> tuple[str, z.Decoration]:
+        """A name with its last stroke apart: ``c!!`` is the output of ``c!``."""
+        token = self.token(index)
+        name, decoration = str(token.value), token.decoration
+        if len(decoration) > 1 and set(decoration) == {"'"}:
             self.errors.append((index, messages.several_primes(self.laid.span(index))))
-            return "'"
-        return cast(z.Decoration, decoration)
+            return name, "'"
+        return name + decoration[:-1], cast(z.Decoration, decoration[-1:])
 
     def name(self, span: Span, index: int) -> NameDeclaration:
         token = self.token(index)
@@ -80,7 +82,8 @@ class TermBuilder:
         token = self.token(index)
         if token.kind != "NAME" and token.kind not in NAMING:
             raise RefusedToken(index)
-        return z.Declared(span=span, name=str(token.value), decoration=self._decoration(index))
+        name, decoration = self._decorated(index)
+        return z.Declared(span=span, name=name, decoration=decoration)
 
     def declare(self, span: Span, names: list[z.Declared], carrier: z.Term) -> z.Declare:
         return z.Declare(span=span, names=tuple(names), carrier=carrier)
@@ -114,7 +117,7 @@ class TermBuilder:
     def row(self, span: Span, row: Part, operator: int, operand: z.Term | PrefixedOperand) -> Row:
         token = self.token(operator)
         named = self.laid.kinds[operator] == "RELATION"
-        infix = Infix(inrel(f"{token.value}{self._decoration(operator)}") if named else INFIX[token.kind])
+        infix = Infix(inrel("".join(self._decorated(operator))) if named else INFIX[token.kind])
         if isinstance(row, list):
             row += (infix, operand)
             return row
@@ -197,7 +200,7 @@ class TermBuilder:
         return lambda span, term: z.Application(span=span, function=term, argument=argument)
 
     def field(self, span: Span, index: int) -> Suffix:
-        name, decoration = str(self.token(index).value), self._decoration(index)
+        name, decoration = self._decorated(index)
         return lambda span, term: z.Selection(span=span, record=term, field=name, decoration=decoration)
 
     def image(self, span: Span, argument: z.Term) -> Suffix:
@@ -227,12 +230,8 @@ class TermBuilder:
         return z.Truth(span=span, value=False)
 
     def reference(self, span: Span, index: int, arguments: Sequence[z.Term] = ()) -> z.Term:
-        return z.Reference(
-            span=span,
-            name=str(self.token(index).value),
-            decoration=self._decoration(index),
-            arguments=tuple(arguments),
-        )
+        name, decoration = self._decorated(index)
+        return z.Reference(span=span, name=name, decoration=decoration, arguments=tuple(arguments))
 
     def word(self, span: Span, index: int) -> z.Term:
         return z.Reference(span=span, name=str(self.token(index).value))
@@ -258,6 +257,9 @@ class TermBuilder:
     def schema_text(self, span: Span, declarations: list[z.Declare], predicates: Sequence[z.Term] = ()) -> z.Term:
         return z.SchemaText(span=span, declarations=tuple(declarations), predicates=tuple(predicates))
 
+    def schema_of_nothing(self, span: Span, predicates: list[z.Term]) -> z.Term:
+        return z.SchemaText(span=span, declarations=(), predicates=tuple(predicates))
+
     # --- operations by others --------------------------------------------------------------------------------
 
     def operation_row(self, span: Span, row: z.Term | list[z.Term | str], operator: int, operand: z.Term) -> object:
@@ -280,7 +282,8 @@ class TermBuilder:
         return z.Grouped(span=span, inner=inner)
 
     def operation_reference(self, span: Span, index: int) -> z.Term:
-        return z.Reference(span=span, name=str(self.token(index).value), decoration=self._decoration(index))
+        name, decoration = self._decorated(index)
+        return z.Reference(span=span, name=name, decoration=decoration)
 
     def operation_of_object(self, span: Span, record: z.Term, field: NameDeclaration) -> z.Term:
         return z.Selection(span=span, record=record, field=field.name)

@@ -43,12 +43,27 @@ class ParagraphBuilder(TermBuilder):
     def given_types(self, span: Span, names: list[s.NameDeclaration]) -> z.Paragraph:
         return z.GivenTypes(span=span, names=tuple(names))
 
-    def axiom(self, span: Span, declarations: Sequence[z.Declare], predicates: Sequence[z.Term] = ()) -> z.Axiom:
-        return z.Axiom(span=span, declarations=_read(declarations), predicates=_read(predicates))
+    def axiom(
+        self,
+        span: Span,
+        generics: Sequence[s.NameDeclaration],
+        declarations: Sequence[z.Declare],
+        predicates: Sequence[z.Term] = (),
+    ) -> z.Axiom:
+        return z.Axiom(
+            span=span, declarations=_read(declarations), predicates=_read(predicates), generics=tuple(generics)
+        )
 
-    def axiom_block(self, span: Span, declarations: list[z.Declare], predicates: list[z.Term], end: int) -> z.Axiom:
+    def axiom_block(
+        self,
+        span: Span,
+        generics: Sequence[s.NameDeclaration],
+        declarations: list[z.Declare],
+        predicates: list[z.Term],
+        end: int,
+    ) -> z.Axiom:
         self._closing(span, end)
-        return self.axiom(span, declarations, predicates)
+        return self.axiom(span, generics, declarations, predicates)
 
     def _closing(self, span: Span, end: int) -> None:
         """Check the ``end`` of a block."""
@@ -196,9 +211,14 @@ class ParagraphBuilder(TermBuilder):
         return z.Inherit(span=span, name=name.name, arguments=tuple(arguments), renamings=tuple(renamings))
 
     def renamed_parent(
-        self, span: Span, name: s.NameDeclaration, renamings: list[tuple[s.NameDeclaration, s.NameDeclaration]]
+        self, span: Span, parent: z.Inherit, renamings: list[tuple[s.NameDeclaration, s.NameDeclaration]]
     ) -> z.Inherit:
-        return self.parent(span, name, (), renamings)
+        later = {old.name: new for new, old in renamings}
+        done = {new.name for new, _ in parent.renamings}
+        both = [(later.get(new.name, new), old) for new, old in parent.renamings]
+        both = [(new, old) for new, old in both if new.name != old.name]  # the later undoes the earlier
+        both += [(new, old) for new, old in renamings if old.name not in done]
+        return z.Inherit(span=span, name=parent.name, arguments=parent.arguments, renamings=tuple(both))
 
     def interface(
         self, span: Span, word: int, names: list[s.NameDeclaration], parameters: Sequence[z.Declare] = ()

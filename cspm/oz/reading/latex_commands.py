@@ -126,6 +126,8 @@ NAMES: Final[Mapping[str, tuple[str, str]]] = {
     r"\between": ("between", ""),
     r"\theta": ("theta", ""),
     r"\pre": ("pre", ""),
+    r"\self": ("self", ""),
+    r"\oid": ("oid", ""),
     **{rf"\{word}": (word, "") for word in ("head", "tail", "last", "front", "rev", "squash", "items", "first")},
     r"\Skip": ("SKIP", ""),
     r"\Stop": ("STOP", ""),
@@ -156,7 +158,7 @@ BLANKS: Final = frozenset(
         *(r"\quad", r"\qquad", r"\left", r"\right", r"\big", r"\Big", r"\bf", r"\it", r"\sf", r"\rm", r"\tt"),
         *(r"\displaystyle", r"\nextside", r"\noindent", r"\endinherit", r"\locpar", r"\endlocpar", r"\znewpage", r"\t"),
         *(r"\textstyle", r"\ensuremath", r"\smallskip", r"\medskip", r"\bigskip", r"\hfill", r"\zhide", r"\sloppy"),
-        *(r"\cid", r"\sid", r"\eid", r"\copyright"),  # an object belongs to the attribute that names it in any case
+        *(r"\cid", r"\sid", r"\eid", r"\varg"),
     ]
 )
 """Commands that are layout only."""
@@ -178,16 +180,34 @@ TEXTS: Final = frozenset([r"\text", r"\textrm", r"\mbox", r"\hbox", r"\comment",
 """Commands whose argument is a comment, unless it is one of the words of the notation."""
 
 UNSUPPORTED: Final[Mapping[str, str]] = {
-    **dict.fromkeys([r"\self", r"\oid"], "references to objects"),
     r"\dplo": "the associative parallel operator, distributed,",
 }
 """What of Object-Z has no counterpart here, in words."""
 
 UNREAD_LINES: Final[Mapping[str, str]] = {
     **dict.fromkeys([r"\relation", r"\function", r"\generic"], r"an operator template (`x \inrel{R} y` needs none)"),
-    r"\vdash": "a conjecture",
 }
 """Commands that begin a line which has no counterpart here, in words."""
+
+SUPERSCRIPTS: Final = {
+    **dict.fromkeys(["+"], "^+"),
+    **dict.fromkeys(["*", r"\ast", r"\star"], "^*"),
+    **dict.fromkeys(["-1", r"\sim", "~"], "~"),
+}
+"""What may stand above a name, by the postfix operator that it is."""
+
+LONE: Final = {
+    **{sign: sign for sign in "()[],;:.|@=<>+-*/"},
+    "==": "==",
+    "::=": "::=",
+    "||": "||",
+    "[]": "[]",
+    "..": "..",
+    "<=": "<=",
+    ">=": ">=",
+    "!=": "!=",
+}
+"""Signs that are tokens of the notation as they stand."""
 
 # --- tokens of CSP -----------------------------------------------------------------------------------------------
 

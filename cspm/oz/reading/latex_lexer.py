@@ -22,44 +22,19 @@ from cspcheck.cspm.oz.reading.latex_commands import (
     CSP_COMMANDS,
     FONTS,
     LINE_BREAKS,
+    LONE,
     NAMES,
+    SUPERSCRIPTS,
     TEXTS,
     UNREAD_LINES,
     UNSUPPORTED,
     WITH_ARGUMENT,
     WORDS,
 )
-from cspcheck.cspm.oz.reading.lexer import INFIX, PREFIX, Token
+from cspcheck.cspm.oz.reading.latex_environments import BOXES, LAYOUT, SKIPPED, THEOREM, THEOREM_USAGE
+from cspcheck.cspm.oz.reading.lexer import INFIX, OPERAND_ENDS, PREFIX, Token
 from cspcheck.cspm.source import Source, Span
 from cspcheck.cspm.spelling import suggestions
-
-BOXES: Final = {
-    "class": "class",
-    "state": "state",
-    "anonschema": "state",
-    "init": "init",
-    "op": "op",
-    "opschema": "op",
-    "schema": "schema",
-    "genschema": "schema",
-    "axdef": "const",
-    "const": "const",
-    "uniqdef": "const",
-    "retrieve": "retrieve",
-    "ozlemma": "lemma",
-}
-"""Environments with the word that they stand for."""
-
-LAYOUT: Final = frozenset(
-    ["zed", "type", "zpar", "sidebyside", "array", "center", "math", "displaymath", "spec", "syntax"]
-)
-"""Environments whose content is read as if it stood around them."""
-
-SKIPPED: Final = frozenset(["classcom", "proof", "argue", "infrule", "comment", "verbatim"])
-"""Environments whose content is not read."""
-
-REFUSED: Final = {"gendef": "a generic definition (a constant for every type)"}
-"""Environments that have no counterpart here, in words."""
 
 _SIGNS: Final = frozenset(
     [
@@ -97,7 +72,7 @@ _TOKEN = re.compile(
     r"|(?P<command>\\[A-Za-z]+)"
     r"|(?P<thin>\\[,:;! \n\t]|\\/|\\-)"
     r"|(?P<symbol>\\.)"
-    r"|(?P<name>[A-Za-z](?:[A-Za-z0-9]|\\_|_\{?[A-Za-z0-9]+\}?)*(?:\\_)*)(?:~(?=['?!]))?(?P<decoration>'+|\?|!)?"
+    r"|(?P<name>[A-Za-z](?:[A-Za-z0-9]|\\_|_\{?[A-Za-z0-9]+\}?)*(?:\\_)*)(?:~(?=['?!]))?(?P<decoration>['?!]+)?"
     r"|(?P<real>[0-9]+\.[0-9]+)"
     r"|(?P<int>[0-9]+)"
     r'|(?P<literal>"(?:[^"\\\n]|\\[^\n])*"|\'(?:[^\'\\\n]|\\[^\n])\')'
@@ -107,26 +82,15 @@ _TOKEN = re.compile(
     re.DOTALL,
 )
 _SUBSCRIPT = re.compile(r"_(?:1|\{1\})(?![A-Za-z0-9])")
+_RELATION = re.compile(
+    r"\\relation\s*\(\s*(?:\\varg|\\_)\s*~?([A-Za-z][A-Za-z0-9]*(?:\\_[A-Za-z0-9]+)*)~?\s*(?:\\varg|\\_)\s*\)"
+)
 _LINE_END = re.compile(r"\\\\|\\end[ \t]*\{")
 _ARGUMENT = re.compile(r"\s*\{")
 _GENERICS = re.compile(r"[ \t]*\[[^\]\[\n]*\]")
+_RENAMED = r"\s*(?:\\_|\w)+['?!]*\s*/\s*(?:\\_|\w)+['?!~]*\s*"
+_RENAMING = re.compile(rf"{_RENAMED}(?:,{_RENAMED})*")
 _PROSE = re.compile(r"[A-Za-z]{2,}[ \t\n~]+[A-Za-z]{2,}")
-_SUPERSCRIPTS: Final = {
-    **dict.fromkeys(["+"], "^+"),
-    **dict.fromkeys(["*", r"\ast", r"\star"], "^*"),
-    **dict.fromkeys(["-1", r"\sim", "~"], "~"),
-}
-_LONE: Final = {
-    **{sign: sign for sign in "()[],;:.|@=<>+-*/"},
-    "==": "==",
-    "::=": "::=",
-    "||": "||",
-    "[]": "[]",
-    "..": "..",
-    "<=": "<=",
-    ">=": ">=",
-    "!=": "!=",
-}
 
 
 @dataclass(slots=True)
@@ -143,8 +107,10 @@ class Markup:
 class Lexer:
     """Makes the tokens of one environment at the top of a document."""
 
-    def __init__(self, source: Source, start: int, end: int) -> None:
+    def __init__(self, source: Source, start: int, end: int, relations: set[str] | None = None) -> None:
+        """*relations* are the names that templates before have made infix relations; those in here are added."""
         self.source = source
+        self.relations = set() if relations is None else relations
         self.text = source.text
         self.position = start
         self.end = end
@@ -244,8 +210,12 @@ class Lexer:
             self.warn(start, end, tidy)
             self._add(name, start, end, name)
             return
+        if name == "theorem" and self.fresh and self.box == "zed" and self._theorem(start):
+            return
         if name == "num":
             name = "int"
+        if name in self.relations and not self.fresh and self.previous in OPERAND_ENDS:
+            self._add("inrel", start, start)
         self._add("NAME", start, end, name, decoration)
 
     def _number(self, match: re.Match[str], start: int) -> None:
@@ -262,7 +232,7 @@ class Lexer:
             token.decoration += "'"
             token.end = self.last = self.position
             return
-        kind = _SUPERSCRIPTS.get(inner)
+        kind = SUPERSCRIPTS.get(inner)
         if kind is None:
             # A bare `^` concatenates in the CSP part.
             self.position = start + 1
@@ -274,13 +244,15 @@ class Lexer:
 
     def _sign(self, match: re.Match[str], start: int) -> None:
         sign = match[0]
+        if sign == "[|" and self.previous not in OPERAND_ENDS:
+            # Where an operand is due a schema begins that declares nothing.
+            self._add("[", start, start + 1)
+            self._add("|", start + 1, self.position)
+            return
         if sign == "[" and self.previous not in ("SDEF", ":") and self._is_prose(start):
             self._prose(start)
             return
-        self._add(_LONE.get(sign, "BAD"), start, self.position)
-
-    def _group(self, match: re.Match[str], start: int) -> None:
-        """Braces group for TeX alone."""
+        self._add(LONE.get(sign, "BAD"), start, self.position)
 
     # --- comments in brackets --------------------------------------------------------------------------------
 
@@ -288,6 +260,8 @@ class Lexer:
         """Whether the bracket at *start* opens a comment."""
         tight = start == self.last and self.previous == "NAME"
         content = self.text[start + 1 : self._closing(start)]
+        if start == self.last and _RENAMING.fullmatch(content):
+            return False
         prose = bool(_PROSE.search(content)) and not re.search(r"\\(?!_)|[|:]", content)
         if self.box in ("class", "zed", "retrieve"):
             return prose
@@ -369,6 +343,8 @@ class Lexer:
         elif command in UNSUPPORTED:
             span = self.source.span(start, self.position)
             self.markup.errors.append(messages.unsupported(span, UNSUPPORTED[command]))
+        elif command == "\\vdash":
+            self._conjecture(start)
         elif command in UNREAD_LINES:
             self._unread_line(command, start)
         elif command in NAMES and not (command in COMMANDS and not self._names()):
@@ -382,8 +358,40 @@ class Lexer:
             span = self.source.span(start, self.position)
             self.markup.errors.append(messages.unknown_command(span, suggestions(command, known)))
 
+    def _theorem(self, start: int) -> bool:
+        r"""``theorem name[X] \vdash? p`` in one line, up to the predicate; whether it is one."""
+        match = THEOREM.match(self.text, start, self.end)
+        if match is None:
+            return False
+        name = re.sub(r"[\s~]+", "", match["name"]).replace("\\_", "_").strip("_")
+        self._add("NAME", start, start, "lemma", section=True)
+        self._add("NAME", start, start, name)
+        if match["generics"] is not None:
+            self.position = match.start("generics")
+            self._range(match.end("generics"))
+        self.position = match.end()
+        self._add(":", match.end(), match.end())
+        return True
+
+    def _conjecture(self, start: int) -> None:
+        """``\\vdash? p`` is a lemma that is called after its line; in a theorem it says nothing more."""
+        mark = re.compile(r"\s*\?").match(self.text, self.position, self.end)
+        if mark is not None:
+            self.position = mark.end()
+        if self.box == "lemma":
+            return
+        self.fresh = True
+        self._add("NAME", start, start, "lemma", section=True)
+        self._add("NAME", start, start, f"conjecture_{self.source.position(start)[0]}")
+        self._add(":", start, self.position)
+
     def _unread_line(self, command: str, start: int) -> None:
-        """What has no counterpart is passed over to the end of its line, and told."""
+        """A template of an infix relation is read; any other is passed over to the end of its line, and told."""
+        template = _RELATION.match(self.text, start, self.end)
+        if template is not None:
+            self.relations.add(template[1].replace("\\_", "_"))
+            self.position = template.end()
+            return
         span = self.source.span(start, self.position)
         self.markup.errors.append(messages.unsupported(span, UNREAD_LINES[command]))
         found = _LINE_END.search(self.text, self.position, self.end)
@@ -494,9 +502,7 @@ class Lexer:
         name = match["begun"]
         span = self.source.span(start, self.position)
         self._break()
-        if name in REFUSED:
-            self.markup.errors.append(messages.unsupported(span, REFUSED[name]))
-        if name in SKIPPED or name in REFUSED:
+        if name in SKIPPED:
             close = self.text.find(f"\\end{{{name}}}", self.position, self.end)
             self.position = self.end if close < 0 else close + len(f"\\end{{{name}}}")
             self.markup.comments.append((start, self.position))
@@ -514,11 +520,18 @@ class Lexer:
         if word is None:
             return
         self._add("NAME", start, self.position, word, section=True)
+        if word == "const" and name == "gendef":
+            generics = _GENERICS.match(self.text, self.position, self.end)
+            if generics is not None:
+                self._break()
+                self.fresh = False
+                self._range(generics.end())
         if word in ("class", "schema", "op", "retrieve", "lemma"):
             argument = self._argument()
             if argument is not None:
                 after = self.position
-                self.position = argument[0]
+                usage = THEOREM_USAGE.match(self.text, argument[0], argument[1]) if name == "theorem" else None
+                self.position = argument[0] if usage is None else usage.end()
                 self._range(argument[1])
                 self.position = after
                 generics = _GENERICS.match(self.text, after, self.end)
@@ -581,6 +594,6 @@ _READERS: Final[dict[str, Callable[[Lexer, re.Match[str], int], None]]] = {
     "literal": Lexer._literal,
     "super": Lexer._super,
     "sign": Lexer._sign,
-    "group": Lexer._group,
+    "group": Lexer._skip,  # braces group for TeX alone
 }
 """What is done with each group of ``_TOKEN``."""

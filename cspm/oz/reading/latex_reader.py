@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any, Final
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.oz.reading import messages as messages
 from cspcheck.cspm.oz.reading.latex_commands import CSP_COMMANDS, NAMES
-from cspcheck.cspm.oz.reading.latex_lexer import BOXES, REFUSED, Lexer, Markup
+from cspcheck.cspm.oz.reading.latex_environments import BOXES, is_claim
+from cspcheck.cspm.oz.reading.latex_lexer import Lexer, Markup
 from cspcheck.cspm.oz.reading.lexer import NAMING, OPERAND_ENDS, Token
 from cspcheck.cspm.oz.reading.reader import Reader
 from cspcheck.cspm.parsing.lexer import Tokens, tokenise
@@ -27,7 +28,7 @@ from cspcheck.cspm.syntax import tree as s
 if TYPE_CHECKING:
     from cspcheck.cspm.parsing.builder import Include
 
-_TOP: Final = frozenset([*BOXES, *REFUSED, "syntax", "zed", "type", "zpar", "cspm"]) - {
+_TOP: Final = frozenset([*BOXES, "syntax", "zed", "type", "zpar", "cspm"]) - {
     "state",
     "anonschema",
     "init",
@@ -50,6 +51,7 @@ class LatexDocument:
         self.errors: list[Diagnostic] = []
         self.remarks: list[Diagnostic] = []
         self.found = False
+        self._relations: set[str] = set()
         with deep_recursion():
             self._read()
 
@@ -71,7 +73,7 @@ class LatexDocument:
         while (match := _BEGIN.search(text, position)) is not None:
             name = match[1]
             position = match.end()
-            if name not in _TOP:
+            if name not in _TOP or (name == "theorem" and not is_claim(text, position)):
                 continue
             self.found = True
             end = _environment_end(text, name, match.start())
@@ -107,7 +109,7 @@ class LatexDocument:
         self.declarations += script.declarations
 
     def _environment(self, start: int, end: int) -> None:
-        markup = Lexer(self.source, start, end).run()
+        markup = Lexer(self.source, start, end, self._relations).run()
         self.comments += markup.comments
         self.errors += markup.errors
         self.remarks += markup.remarks

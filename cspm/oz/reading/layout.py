@@ -312,6 +312,8 @@ class LineLayout:
         following = self._peek(at + 1)
         if following.section or (following.first and len(self._frames) == 1):
             return False
+        if following.kind == "[":
+            return self._declares[min(at + 2, len(self.tokens) - 1)]  # a schema: `finset [x : nat]`
         return following.kind != "-" and following.kind in _APPLIED_TO
 
     def _opened(self, at: int) -> None:

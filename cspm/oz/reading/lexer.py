@@ -83,7 +83,7 @@ _TOKEN = re.compile(
     r"|(?P<comment>--(?!>{1,2}[ \t]+\S)[^\n]*)"
     r"|(?P<block>\{-(?!\s*\d+(?:\.\d+)?\s*(?:,|\.\.|\})))"
     rf"|(?P<symbol>{'|'.join(re.escape(s) for s in sorted([*_SYMBOLS, *_NAME_SYMBOLS], key=len, reverse=True))})"
-    rf"|(?P<name>{_NAME})(?P<decoration>'+|\?|!(?!=))?"
+    rf"|(?P<name>{_NAME})(?P<decoration>(?:'|\?|!(?!=))+)?"
     r"|(?P<real>[0-9]+\.[0-9]+)"
     r"|(?P<int>[0-9]+)"
     r'|(?P<literal>"(?:[^"\\\n]|\\[^\n])*"|\'(?:[^\'\\\n]|\\[^\n])\')'
@@ -95,7 +95,7 @@ _BLOCK = re.compile(r"\{-|-\}")
 _EOL = r"[ \t]*(?:$|--|\{-)"
 SECTION: Final = re.compile(
     rf"(?:chan|method|local_chan|inherit|op|given|schema|lemma|visible)[ \t]+[A-Za-z_]|visible[ \t]*\("
-    rf"|const[ \t]+[A-Za-z_]|const{_EOL}"
+    rf"|const[ \t]+[A-Za-z_]|const[ \t]*\[|const{_EOL}"
     rf"|main[ \t]*=(?!=)|{_NAME}[ \t]*::="
     rf"|state(?:{_EOL}|[ \t]+{_NAME}[ \t]*(?:,|:))"
     rf"|init(?:{_EOL}|[ \t]+(?!(?:in|notin|subset|subseteq|prefix|suffix|infix)\b)[A-Za-z0-9(#∀∃])"
@@ -115,6 +115,7 @@ _INCLUSION: Final = re.compile(rf"(?:Delta|Δ)[ \t]+{_NAME}['?!]*(?![A-Za-z0-9_'
 
 PARAGRAPH: Final = re.compile(
     rf"(?:class|given|schema|retrieve|lemma)[ \t]+{_NAME}"
+    rf"|const[ \t]*\["
     rf"|const(?:\s|--[^\n]*\n|\{{-(?:(?!-\}})[\s\S])*-\}})+{_NAME}['?!]?[ \t]*(?:,|:(?!:))"
     rf"|reading[ \t]+(?:{_NAME}|[^\W0-9_])"
     r"|view[ \t]+[A-Za-z]"
@@ -319,7 +320,7 @@ def extent(source: Source, start: int) -> Extent:
     if word in ("class", "schema", "retrieve") and second.kind == "NAME":
         end = _block_end(source, first, second, stream)
     else:
-        end = _lines_end(source, first, second, stream, axiom=word == "const" and second.kind in ("NAME", ":"))
+        end = _lines_end(source, first, second, stream, axiom=word == "const" and second.kind in ("NAME", ":", "["))
     return Extent(end, tuple(comment for comment in scan.comments if comment[0] < end))
 
 

@@ -150,6 +150,7 @@ SPELLINGS: Final = (
     # postfix
     _postfix("inverse", "~", "∼", r"\inv"),
     _postfix("closure", "^+", "⁺", r"\plus \tcl"),
+    _postfix("contained", "%own", "©", r"\copyright"),
     _postfix("reflexive_closure", "^*", "", r"\star \rtcl"),
 )
 """All operators but those of a special form: application, selection, relational image ``r(| s |)`` (in the tree

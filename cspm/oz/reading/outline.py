@@ -77,7 +77,10 @@ class ParagraphLayout(LineLayout):
 
     def _axiom(self, at: int, *, top: bool) -> int:
         self._emit("const", at)
-        at = self._declarations(at + 1, only=True)
+        at += 1
+        if self.tokens[at].kind == "[" and not self.tokens[at].first:
+            at = self._generics(at)
+        at = self._declarations(at, only=True)
         block = top and self.tokens[at].kind == "where"
         at = self._where(at)
         if block:

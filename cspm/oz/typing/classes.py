@@ -14,13 +14,14 @@ from typing import TypeVar
 from cspcheck.cspm.diagnostics import Diagnostic, DiagnosticSink
 from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
-from cspcheck.cspm.oz.typing.equations import check_equations, renamed_equations
+from cspcheck.cspm.oz.typing.equations import check_equations
 from cspcheck.cspm.oz.typing.identities import POOL, valued
 from cspcheck.cspm.oz.typing.lemmas import Lemmas, helpful
 from cspcheck.cspm.oz.typing.objects import Flattened, ObjectClass, Objects
 from cspcheck.cspm.oz.typing.operation_calculus import Box, Surroundings, joined_sets
 from cspcheck.cspm.oz.typing.operations import PREFIXES, Boxes, inherited_operations
 from cspcheck.cspm.oz.typing.paragraphs import DeclaredParagraphs, names_of
+from cspcheck.cspm.oz.typing.renaming import renamed
 from cspcheck.cspm.oz.typing.scopes import (
     ClassEntry,
     ConstructorEntry,
@@ -248,10 +249,11 @@ class _Builder:
         built = self.classes.build(inherit.name, arguments, self.report)
         if built is None:
             return
-        parent = self._renamed(built, inherit)
+        parent, boxes = self._renamed(built, inherit) if inherit.renamings else (built.model, built.boxes)
         self.parents.append(parent.name)
+        names = {old.name: new.name for new, old in inherit.renamings}
         for name, (entry, owner) in built.types.items():
-            self._adopt(name, entry, owner)
+            self._adopt(names.get(name, name), entry, owner)
         for channel in parent.channels.values():
             self._merge_channel(channel)
         self._merge(self.constants, parent.constants, parent.name, self.axioms, "constant")
@@ -267,10 +269,8 @@ class _Builder:
             self.initial = self.initial or []
             self._extend(self.initial, parent.initial)
         self.operations = inherited_operations(self.operations, self._aligned(parent.operations), self.report)
-        names = {old.name: new.name for new, old in inherit.renamings}
         self.objects.update(built.objects)
-        for name, box in built.boxes.items():
-            self.boxes[names.get(name, name)] = box
+        self.boxes.update(boxes)
         for part in parent.processes:
             if part not in self.processes:
                 self.processes.append(part)
@@ -334,27 +334,18 @@ class _Builder:
         else:
             self.channels[channel.name] = _narrowed(first, channel)
 
-    def _renamed(self, built: _Built, inherit: s.Inherit) -> core.ClassModel:
-        """A parent with channels and methods called as the child wishes."""
+    def _renamed(self, built: _Built, inherit: s.Inherit) -> tuple[core.ClassModel, dict[str, Box]]:
+        """A parent, and its schemas, called as the child wishes."""
         parent = built.model
-        if not inherit.renamings:
-            return parent
-        names: dict[str, str] = {}
-        for new, old in inherit.renamings:
-            if old.name not in parent.channels and old.name not in built.boxes:
-                near = suggestions(old.name, parent.channels)
+        known = {*parent.channels, *built.boxes, *built.types, *built.objects}
+        known |= {d.name for d in (*parent.constants, *parent.primary, *parent.secondary)}
+        for _, old in inherit.renamings:
+            if old.name not in known:
+                near = suggestions(old.name, sorted(known))
                 self.report(messages.rename_unknown(old.name, parent.name, old.span, near))
-            names[old.name] = new.name
-        return replace(
-            parent,
-            channels={
-                names.get(n, n): replace(channel, name=names.get(n, n)) for n, channel in parent.channels.items()
-            },
-            operations={
-                names.get(n, n): replace(operation, name=names.get(n, n)) for n, operation in parent.operations.items()
-            },
-            processes=tuple([renamed_equations(part, names) for part in parent.processes]),
-        )
+            elif old.name in built.objects:
+                self.report(messages.no_alternatives(f"the object `{old.name}` cannot be renamed", old.span))
+        return renamed(parent, built.boxes, {old.name: new.name for new, old in inherit.renamings})
 
     # --- own declarations -------------------------------------------------------------------------------------
 
@@ -537,6 +528,7 @@ class _Builder:
             *self.secondary,
             *self.objects,
             *self.operations,
+            *self.types,
             *[operation.name for operation in self.tree.operations],
             "INIT",
             "init",

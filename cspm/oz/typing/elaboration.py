@@ -17,6 +17,7 @@ from cspcheck.cspm.oz.typing.fitting import Misfit, fit
 from cspcheck.cspm.oz.typing.forms import sets_of_one_range
 from cspcheck.cspm.oz.typing.identities import identities
 from cspcheck.cspm.oz.typing.interfaces import compare_interfaces, settled
+from cspcheck.cspm.oz.typing.leaving_out import check_alternatives, kept
 from cspcheck.cspm.oz.typing.lemmas import Lemmas
 from cspcheck.cspm.oz.typing.paragraphs import DeclaredParagraphs
 from cspcheck.cspm.oz.typing.polymorphism import with_alternatives
@@ -56,11 +57,21 @@ class Elaborated:
 def elaborate(script: syntax.Script) -> Elaborated:
     """The specification that the Object-Z part of a script is.
 
+    Of a document of plain Object-Z that is typed, paragraphs that cannot be run are left out, with a warning each.
+
     Raises:
         ScriptError: with every mistake that could be told apart, up to twenty.
     """
+    declarations = list(flat(script.declarations))
     with deep_recursion():
-        return _Elaboration(list(flat(script.declarations))).run()
+        try:
+            found = _Elaboration(declarations).run()
+        except ScriptError as error:
+            left = kept(declarations, error, lambda rest: _Elaboration(rest).run())
+            found = _Elaboration(left.declarations).run()
+            return replace(found, warnings=(*left.warnings, *found.warnings))
+        check_alternatives(declarations)
+        return found
 
 
 def flat(declarations: tuple[syntax.Declaration, ...]) -> Iterator[syntax.Declaration]:

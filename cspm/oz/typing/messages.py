@@ -185,7 +185,10 @@ def parameter_not_of_channel(name: str, channel: str, span: Span, suggested: Seq
 
 
 def parameter_type(name: str, channel: str, found: str, declared: str, span: Span, other: Span) -> Diagnostic:
-    """A parameter that schema and channel give different types."""
+    """A parameter that schema and channel give different types, or two operands if there is no channel yet."""
+    if not channel:
+        told = f"`{name}` is of type `{declared}` in one operand and `{found}` in the other"
+        return Diagnostic("CSP646", told, span, labels=(Label(other, "first declared here"),))
     return Diagnostic(
         "CSP646",
         f"`{name}` is of type `{found}` here and `{declared}` on the channel `{channel}`",

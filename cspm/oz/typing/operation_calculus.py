@@ -12,8 +12,10 @@ from dataclasses import dataclass, replace
 from itertools import count
 from typing import Final, Literal
 
+from cspcheck.cspm.diagnostics import DiagnosticSink, Severity
 from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.core import BOOL, Apply, Constant, Term, Variable
+from cspcheck.cspm.oz.objects.messages import duplicate_renaming, value_handed_on
 from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
 from cspcheck.cspm.oz.typing.scopes import ParameterEntry, TypingScope
 from cspcheck.cspm.oz.typing.typing import Typing
@@ -86,6 +88,7 @@ class Calculus:
         named: the schema of an operation of the class, by its name.
         boxed: the schema that stands in brackets in an expression, in the scope of what enriches it.
         promoted: the operation of an object, ``a.Op``.
+        report: told what is odd.
     """
 
     def __init__(
@@ -95,12 +98,14 @@ class Calculus:
         named: Callable[[s.Reference], Box],
         boxed: Callable[[s.OperationText, TypingScope], Box],
         promoted: Callable[[s.Selection, TypingScope], Box],
+        report: DiagnosticSink,
     ) -> None:
         self._typing = typing
         self._around = around
         self._named = named
         self._boxed = boxed
         self._promoted = promoted
+        self._report = report
         self._fresh = count(1)
 
     def box(self, body: s.Term, scope: TypingScope) -> Box:
@@ -230,8 +235,8 @@ class Calculus:
         )
 
     def _identified(self, left: Box, right: Box, span: Span) -> tuple[Box, Box, list[core.Binder]]:
-        """Outputs of *left* that are inputs of *right*, as bound variables that both speak of."""
-        return self._shared(left, right, [_pairs(left, right)], span)
+        """What *left* hands on to *right*, as bound variables that both speak of."""
+        return self._shared(left, right, [_pairs(left, right), _handed_on(left, right)], span)
 
     def _shared(
         self, left: Box, right: Box, pairs: Sequence[Iterable[tuple[core.Parameter, core.Parameter]]], span: Span
@@ -248,6 +253,9 @@ class Calculus:
     def _parallel(self, left: Box, right: Box, span: Span, *, hides: bool) -> Box:
         """Both at once; inputs of the one are outputs of the other where they have the same name."""
         pairs = [list(_pairs(left, right)), [(i, o) for o, i in _pairs(right, left)]]
+        both = {o.name for o, _ in pairs[0]} & {o.name for _, o in pairs[1]}
+        # What each of them both tells and hears, neither hears from the other.
+        pairs = [[pair for pair in found if pair[0].name not in both] for found in pairs]
         if hides:
             left, right, binders = self._shared(left, right, pairs, span)
             return self._exists(binders, self.joined("and", left, right, span), span)
@@ -313,12 +321,28 @@ class Calculus:
         return written[name]
 
     def _renamed(self, box: Box, node: s.Renamed) -> Box:
+        """All at once; a name that the operation does not have changes nothing, which is told."""
+        written = {p.name + SIGNS[p.kind]: p for p in box.parameters}
+        seen: dict[str, s.Declared] = {}
+        later: list[tuple[core.Parameter, core.Parameter]] = []
         for new, old in node.renamings:
-            key = self._key(box, old)
-            first = next(p for p in box.parameters if (p.name, p.kind) == key)
+            name = old.name + old.decoration
+            if name in seen:
+                raise Wrong(duplicate_renaming(name, old.span))
+            seen[name] = new
+            if name not in written:
+                found = type_messages.unknown_parameter(name, old.span, suggestions(name, written))
+                self._report(replace(found, severity=Severity.WARNING))
+                continue
             if new.decoration not in KINDS:
                 raise Wrong(type_messages.prime_on_no_state(new.name + new.decoration, new.span))
-            box = _renamed(box, first, replace(first, name=new.name, kind=KINDS[new.decoration], span=new.span))
+            first = written[name]
+            # By way of a name that nothing else has, so that names can be exchanged.
+            between = replace(first, name=f"{first.name}%{len(later)}")
+            box = _renamed(box, first, between)
+            later.append((between, replace(first, name=new.name, kind=KINDS[new.decoration], span=new.span)))
+        for between, target in later:
+            box = _renamed(box, next(p for p in box.parameters if p.name == between.name), target)
         return box
 
     # --- distributed operations -------------------------------------------------------------------------------
@@ -453,6 +477,16 @@ def _pairs(left: Box, right: Box) -> Iterator[tuple[core.Parameter, core.Paramet
                     types = (str(input_.type), str(output.type))
                     raise Wrong(messages.parameter_type(input_.name, right.name, *types, input_.span, output.span))
                 yield output, input_
+
+
+def _handed_on(left: Box, right: Box) -> Iterator[tuple[core.Parameter, core.Parameter]]:
+    """Variables of the operations alone: what the first leaves behind primed, with what the second begins with."""
+    for first in left.parameters:
+        for second in right.parameters:
+            if first.kind == second.kind == "simple" and first.name == f"{second.name}'":
+                if first.type != second.type:
+                    raise Wrong(value_handed_on(first.name, (str(first.type), str(second.type)), second.span))
+                yield first, second
 
 
 def _merged(left: Box, right: Box, name: str) -> tuple[core.Parameter, ...]:

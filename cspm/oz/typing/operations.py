@@ -62,7 +62,7 @@ class Boxes:
         self._boxes: dict[str, Box] = {}
         self._open: list[str] = []
         self._offered: frozenset[str] = frozenset()
-        self._calculus = Calculus(typing, around, self._named, self._in_brackets, self._promoted)
+        self._calculus = Calculus(typing, around, self._named, self._in_brackets, self._promoted, report)
 
     def operations(self, offered: Mapping[str, core.Operation]) -> dict[str, core.Operation]:
         """The operations that the class's own schemas make, by event.
@@ -200,7 +200,8 @@ class Boxes:
         """The channel of an event, with what the schemas say of its parameters."""
         channel = self._known[event]
         parameters = {(p.name, p.kind): p for p in channel.parameters}
-        adopts = channel.kind != "chan" and not channel.parameters
+        # An operation of plain Object-Z may have more parameters than that of a parent.
+        adopts = channel.kind == "operation" or (channel.kind != "chan" and not channel.parameters)
         for box in boxes.values():
             for parameter in box.parameters:
                 key = (parameter.name, parameter.kind)
@@ -273,6 +274,10 @@ class Boxes:
     def _box(self, schema: s.OperationSchema, place: str, scope: TypingScope) -> Box:
         delta = self._delta(schema)
         inner = TypingScope(scope)
+        if self._is_plain and schema.name in self._inherited:
+            for p in self._inherited[schema.name].parameters:
+                if p.kind != "simple":
+                    inner.add(p.name, ParameterEntry(p.name, p.kind, p.type, p.span))
         parameters = []
         seen: dict[str, Span] = {}
         included: list[s.Term] = []
@@ -295,11 +300,12 @@ class Boxes:
                     continue
                 seen[written] = name.span
                 kind = KINDS.get(name.decoration, "simple")
+                called = written if name.decoration == "'" else name.name  # no state variable: a name of its own
                 parameter = core.Parameter(
-                    name=name.name, type=carrier.type.element, carrier=carrier, span=name.span, kind=kind
+                    name=called, type=carrier.type.element, carrier=carrier, span=name.span, kind=kind
                 )
                 parameters.append(parameter)
-                inner.add(name.name, ParameterEntry(name.name, kind, parameter.type, name.span))
+                inner.add(called, ParameterEntry(called, kind, parameter.type, name.span))
         predicates = []
         for node in included:
             try:

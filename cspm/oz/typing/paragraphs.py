@@ -9,6 +9,7 @@ from graphlib import CycleError, TopologicalSorter
 from cspcheck.cspm.diagnostics import DiagnosticSink
 from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.core import INT, Apply, Constant, Declared, SetType
+from cspcheck.cspm.oz.reading import messages as reading_messages
 from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
 from cspcheck.cspm.oz.typing.schemas import TypedSchema as Components
 from cspcheck.cspm.oz.typing.scopes import (
@@ -156,6 +157,11 @@ class DeclaredParagraphs:
                 self.scope.add(paragraph.name, GenericEntry(named, self.scope))
             case s.Schema():
                 self._schema(paragraph)
+            case s.Axiom() if paragraph.generics:
+                for name, span in names_of(paragraph):
+                    told = reading_messages.unsupported(span, "a constant for every choice of sets")
+                    self.report(told)
+                    self.scope.add(name, FailedEntry(told))
             case s.Axiom():
                 self._axiom(paragraph)
 
@@ -192,7 +198,7 @@ class DeclaredParagraphs:
         self.scope.add(paragraph.name, SetEntry(term, paragraph.span, schema=paragraph.name))
 
     def _axiom(self, paragraph: s.Axiom) -> None:
-        for constant in self.declared(paragraph.declarations, self.scope):
+        for constant in self.declared(paragraph.declarations, self.scope, decorated=True):
             self.constants.append(constant)
             variable = core.Variable(type=constant.type, name=constant.name, role="constant", span=constant.span)
             self.scope.add(constant.name, VariableEntry(variable, constant.span))

@@ -72,6 +72,8 @@ class _Alternatives:
                 return self._reference(value, "_or_".join(union), union, union[0], every=False)
             if value.name == "poly":
                 return self._poly(value)
+            if value.name == "contained":
+                return self._value(value.operands[0])  # it belongs to the attribute that names it in any case
         return self.rewritten(value) if isinstance(value, Node) else value
 
     def _poly(self, node: s.Operator) -> s.Term:

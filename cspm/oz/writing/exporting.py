@@ -27,10 +27,9 @@ from cspcheck.cspm.oz import core, syntax as oz
 from cspcheck.cspm.oz.processes import messages as messages
 from cspcheck.cspm.oz.processes.classes import context_of
 from cspcheck.cspm.oz.processes.context import ClassContext
-from cspcheck.cspm.oz.processes.desugaring import OBJECTS, given_name
 from cspcheck.cspm.oz.processes.evaluating import Composition, shared_channels
 from cspcheck.cspm.oz.processes.meaning import DataPart
-from cspcheck.cspm.oz.processes.nodes import CarrierSet, ClassModule, ClassProcess, ConstantValue
+from cspcheck.cspm.oz.processes.nodes import OBJECTS, CarrierSet, ClassModule, ClassProcess, ConstantValue, given_name
 from cspcheck.cspm.oz.values.conversion import Conversion
 from cspcheck.cspm.oz.writing.expressions import ExpressionWriter, Unwritable
 from cspcheck.cspm.oz.writing.parametric import data_process

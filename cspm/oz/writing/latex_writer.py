@@ -221,7 +221,8 @@ class Writer:
 
     def _axiom(self, node: z.Axiom) -> str:
         declarations = self._lines(map(self._declare, node.declarations))
-        return f"\\begin{{axdef}}\n{declarations}{self._where(node.predicates)}\\end{{axdef}}\n"
+        box, generics = ("gendef", f"[{_names(node.generics)}]") if node.generics else ("axdef", "")
+        return f"\\begin{{{box}}}{generics}\n{declarations}{self._where(node.predicates)}\\end{{{box}}}\n"
 
     def _lemma(self, node: z.Lemma) -> str:
         generics = f"[{_names(node.generics)}]" if node.generics else ""

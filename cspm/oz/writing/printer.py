@@ -140,13 +140,14 @@ class ParagraphPrinter(TermPrinter):
         """Constants with their axioms; *closed* puts an ``end`` behind."""
         declarations = [self.declare(declaration) for declaration in node.declarations]
         end = " end" if closed else ""
+        head = f"const [{names(node.generics)}]" if node.generics else "const"
         if len(declarations) == 1 and len(node.predicates) < 2 and not self._in_lines(node):
-            line = cat("const ", declarations[0])
+            line = cat(head, " ", declarations[0])
             for predicate in node.predicates:
                 line = cat(line, " where ", self.term(predicate), end)
             if width(line) <= WIDTH - 12:
                 return line
-        lines = cat("const ", declarations[0]) if len(declarations) == 1 else cat("const", self._lines(declarations))
+        lines = cat(head, " ", declarations[0]) if len(declarations) == 1 else cat(head, self._lines(declarations))
         return cat(lines, self._where(node.predicates), cat(HARD, "end") if closed else "")
 
     def _in_lines(self, node: z.Axiom | z.OperationSchema) -> bool:

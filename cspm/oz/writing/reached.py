@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from cspcheck.cspm.evaluator.free import children
 from cspcheck.cspm.naming.symbols import Names
 from cspcheck.cspm.oz.processes.nodes import ClassExpression, ClassModule
 from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.syntax.children import children
 from cspcheck.cspm.syntax.tree import Declaration, Node
 
 

@@ -8,11 +8,12 @@ it can be (Hindley-Milner with the dependency analysis of the Haskell report, se
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 
 from cspcheck.cspm.naming.patterns import variables
 from cspcheck.cspm.naming.symbols import Names, Symbol, SymbolKind
 from cspcheck.cspm.syntax import tree as syntax
+from cspcheck.cspm.syntax.children import children
 
 
 @dataclass(eq=False, slots=True)
@@ -115,29 +116,6 @@ def declared(declaration: syntax.Declaration, names: Names) -> list[Symbol]:
         case syntax.ModuleDeclaration():
             return list(names.symbol(declaration).parameters)
     return []
-
-
-_CHILDREN: dict[type[syntax.Node], tuple[str, ...]] = {}
-
-
-def children(node: syntax.Node) -> list[syntax.Node]:
-    """The nodes directly below *node*, in the order of its attributes."""
-    kind = type(node)
-    attributes = _CHILDREN.get(kind)
-    if attributes is None:
-        attributes = _CHILDREN[kind] = tuple(f.name for f in fields(kind) if f.name != "span")
-    found: list[syntax.Node] = []
-    for attribute in attributes:
-        value = getattr(node, attribute)
-        if isinstance(value, syntax.Node):
-            found.append(value)
-        elif type(value) is tuple:
-            for item in value:
-                if isinstance(item, syntax.Node):
-                    found.append(item)
-                elif type(item) is tuple:
-                    found.extend(item)
-    return [node for node in found if isinstance(node, syntax.Node)]
 
 
 def _used(declaration: syntax.Declaration, names: Names) -> Iterator[Symbol]:

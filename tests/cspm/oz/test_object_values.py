@@ -366,14 +366,27 @@ pay \sdef [card? : cards] @ card?.pay
         ("op x = [c? : cards] @ c?.close", "`Card` has no visible operation `close`"),
         ("op x = [c? : cards | c?.colour = 1]", "`Card` has no field `colour`"),
         ("op x = [c? : cards | c? = 1]", "`Card`"),
-        ("op x = (([c? : cards] @ c?.deposit) [] [true]) and ([d? : cards] @ d?.withdraw)", "both operands change"),
-        ("op x = [d? : C | d? notin cards]", "within itself"),
+        ("op x = [d? : C | d? notin cards]", "a value of type `C` is no element of a set of `Card`"),
         ("op y = [n : nat | n = 1]\n  op x = and n : {1, 2} @ y", "`n` is declared twice"),
     ],
 )
 def test_what_cannot_be_is_refused_for_its_own_reason(body: str, message: str) -> None:
     text = f"{CARD}class C\n  state\n    cards : power Card\n  {body}\nend"
     assert message in refusal(text).message
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ("op x = (([c? : cards] @ c?.deposit) [] [true]) and ([d? : cards] @ d?.withdraw)", "both operands change"),
+        ("op x = [d? : C | d? = self]", "within itself"),
+    ],
+)
+def test_what_is_typed_and_cannot_be_run_is_told(body: str, message: str) -> None:
+    text = f"{CARD}class C\n  state\n    cards : power Card\n  {body}\nend\n"
+    found = elaborate(parse(Source("cards.csp", text)))
+    assert [(w.code, message in w.message) for w in found.warnings] == [("CSP673", True)]
+    assert message in refusal(f"{text}assert C :[deadlock free]\n").message
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from cspcheck.cspm.oz.typing.elaboration import elaborate
+from cspcheck.cspm.parsing.reading import parse
+from cspcheck.cspm.source import Source
 from tests.checker.proof.classes import findings, told
 from tests.cspm.oz.asking import outcome, refusal
 
@@ -145,9 +148,33 @@ def test_what_needs_a_heap_or_is_not_there_is_refused_in_words(body: str, messag
 
 
 def test_an_object_within_itself_is_refused() -> None:
-    assert "would need a heap" in refusal("class Node\n  state\n    next : Node\nend").message
+    node = "class Node\n  state\n    next : Node\nend\n"
+    (warning,) = elaborate(parse(Source("objects.csp", node))).warnings
+    assert warning.code == "CSP673"
+    assert "would need a heap" in warning.message
+    assert "would need a heap" in refusal(f"{node}assert Node :[deadlock free]").message
 
 
 def test_a_process_is_no_attribute() -> None:
     text = "class P\n  chan c\n  main = c -> main\nend\nclass C\n  state\n    p : P\nend"
     assert refusal(text).code == "CSP637"
+
+
+PAIR = """class Cell
+  state n : 0..2
+  init n = 0
+  op up = [Delta(n) | n' = n + 1]
+end
+class Pair
+  state a, b : Cell
+  init a.INIT and b.INIT
+  op both = a.up and [a'.n <= 1] and b.up
+  op one = a.up and [a'.n > b.n]
+end
+"""
+
+
+@pytest.mark.parametrize(("trace", "verdict"), [("both", "pass"), ("both, both", "fail"), ("both, one", "pass")])
+def test_an_attribute_after_is_that_of_the_object_after(trace: str, verdict: str) -> None:
+    claim = f"Pair :[has trace]: <{trace}>"
+    assert outcome(f"{PAIR}assert {claim}\n", claim)[0] == verdict

@@ -250,16 +250,58 @@ def test_a_sequence_is_distributed_over_elements_that_are_written_out() -> None:
 @pytest.mark.parametrize(
     ("body", "message"),
     [
-        ("up ; op", "`op` is defined by itself"),
         ("up ; sideways", "`sideways` is no operation of the class"),
         ("in_x \\ (k!)", "`k!` is no parameter of this operation"),
-        ("in_x[j?/m?]", "`m?` is no parameter of this operation"),
-        ("; i : 0..2 @ up", "how many operations these are is not known"),
         ("[] i : 0..2 @ [i = true]", "the types `int` and `bool` differ"),
     ],
 )
 def test_what_has_no_meaning_is_refused_for_its_own_reason(body: str, message: str) -> None:
     assert message in refused(body)
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ("up ; op", "`op` is defined by itself"),
+        ("; i : 0..2 @ up", "how many operations these are is not known"),
+    ],
+)
+def test_what_has_no_finite_unfolding_is_typed_and_not_run(body: str, message: str) -> None:
+    text = CLASS.format(body=body)
+    found = elaborate(parse(Source("calculus.csp", text)))
+    assert "C" not in found.specification.classes
+    assert [(w.code, message in w.message) for w in found.warnings] == [("CSP673", True)]
+    with pytest.raises(ScriptError) as error:
+        elaborate(parse(Source("calculus.csp", f"{text}\nassert C :[deadlock free]\n")))
+    assert message in error.value.diagnostics[0].message
+
+
+def test_a_renaming_of_what_is_not_there_changes_nothing_and_is_told() -> None:
+    found = elaborate(parse(Source("calculus.csp", CLASS.format(body="in_x[j?/m?]"))))
+    assert [p.name for p in found.specification.classes["C"].operations["op"].parameters] == ["k"]
+    assert [w.message for w in found.warnings] == ["`m?` is no parameter of this operation"]
+
+
+def test_names_are_exchanged_by_one_renaming() -> None:
+    _, made = operation("[k? : 1..2; m? : 3..4 | k? < x][m?/k?, k?/m?]")
+    assert {p.name: str(p.carrier.operands[0].value) for p in made.parameters} == {"m": "1", "k": "3"}
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ("in_x[j?/k?, m?/k?]", "`k?` is renamed twice"),
+        ("[z' : nat] ; [z : power nat]", "`z'` is of type `int`, and `z` in the next operation `power int`"),
+        ("[k? : nat] and [k? : power nat]", "`k?` is of type `int` in one operand and `power int` in the other"),
+    ],
+)
+def test_what_does_not_go_together_is_told(body: str, message: str) -> None:
+    assert message in refused(body)
+
+
+def test_what_both_operands_tell_and_hear_is_not_passed_on() -> None:
+    _, made = operation("[k? : 1..2; k! : 1..2] || [k? : 1..2; k! : 1..2]")
+    assert sorted(p.kind for p in made.parameters) == ["input", "output"]
 
 
 def test_a_schema_in_brackets_is_renamed() -> None:

@@ -121,3 +121,66 @@ assert Flags [FD= Set
 """
     assert outcome(text, "Set [FD= Flags") == ("pass", None)
     assert outcome(text, "Flags [FD= Set") == ("pass", None)
+
+
+STACK = """class Stack[X]
+  top_of == X
+  state items : seq X
+  where #items <= 2
+  init items = <>
+  op push = [Delta(items); x? : X | items' = <x?> ^ items]
+  op pop = [Delta(items); x! : X | items = <x!> ^ items']
+end
+"""
+
+
+@pytest.mark.parametrize(
+    ("trace", "possible"),
+    [("put.1, put.0, take.0", True), ("put.1, put.0, put.0", False), ("put.1, look.1", True), ("put.1, swap", True)],
+)
+def test_variables_of_a_parent_have_other_names_in_a_child(trace: str, possible: bool) -> None:
+    pile = (
+        "class Pile\n  inherit Stack[0..1][cards/items, put/push, take/pop]\n  state\n    full : bool\n  Delta\n"
+        "    height : 0..2\n  where height = #cards\n  op look = [t! : 0..2 | t! = height]\n"
+        "  op swap = take ; put\nend\n"
+    )
+    claim = f"Pile :[has trace]: <{trace}>"
+    assert outcome(f"{STACK}{pile}assert {claim}\n", claim)[0] == ("pass" if possible else "fail")
+
+
+def test_names_of_a_parent_are_exchanged() -> None:
+    pair = "class Pair\n  state a, b : 0..1\n  init a = 0 and b = 1\n  op step = [x! : 0..1 | x! = a]\nend\n"
+    child = "class Child\n  inherit Pair[b/a, a/b]\nend\n"
+    claim = "Child :[has trace]: <step.0>"
+    assert outcome(f"{pair}{child}assert {claim}\n", claim)[0] == "pass"
+    (model,) = [
+        m for n, m in elaborate(parse(Source("p.csp", pair + child))).specification.classes.items() if n == "Child"
+    ]
+    assert [d.name for d in model.primary] == ["b", "a"]
+
+
+MORE = """class Base
+  state n : 0..3
+  init n = 0
+  op add = [Delta(n); x? : 0..1 | n' = n + x?]
+end
+class More
+  inherit Base
+  op add = [y? : 0..1; s! : 0..3 | y? <= x?; s! = n + y?]
+  op twice = add \\ (y?, s!)
+end
+"""
+
+
+@pytest.mark.parametrize(
+    ("trace", "possible"),
+    [
+        ("More::add.1.0.0, More::add.1.1.2", True),
+        ("More::add.0.1.1", False),
+        ("twice.1, More::add.1.0.1", True),
+        ("More::add.1.1.0", False),
+    ],
+)
+def test_an_operation_of_a_child_has_more_parameters(trace: str, possible: bool) -> None:
+    claim = f"More :[has trace]: <{trace}>"
+    assert outcome(f"{MORE}assert {claim}\n", claim)[0] == ("pass" if possible else "fail")

@@ -1,0 +1,1 @@
+"""The types of plain Object-Z with objects as references, whatever can be run of it."""
