@@ -382,8 +382,7 @@ class Prover:
         return made is not None and isinstance(self._solved(Question(made, proof=0.2)), Impossible)
 
     def _late(self) -> bool:
-        deadline = self.solver.settings.deadline
-        return deadline is not None and self.clock() >= deadline
+        return self.solver.is_late
 
     def fails(self, goal: Term) -> Constraint:
         """That a predicate is false or undefined."""

@@ -189,6 +189,26 @@ UNREAD_LINES: Final[Mapping[str, str]] = {
 }
 """Commands that begin a line which has no counterpart here, in words."""
 
+SUPERSCRIPTS: Final = {
+    **dict.fromkeys(["+"], "^+"),
+    **dict.fromkeys(["*", r"\ast", r"\star"], "^*"),
+    **dict.fromkeys(["-1", r"\sim", "~"], "~"),
+}
+"""What may stand above a name, by the postfix operator that it is."""
+
+LONE: Final = {
+    **{sign: sign for sign in "()[],;:.|@=<>+-*/"},
+    "==": "==",
+    "::=": "::=",
+    "||": "||",
+    "[]": "[]",
+    "..": "..",
+    "<=": "<=",
+    ">=": ">=",
+    "!=": "!=",
+}
+"""Signs that are tokens of the notation as they stand."""
+
 # --- tokens of CSP -----------------------------------------------------------------------------------------------
 
 CSP_SIGNS: Final[Mapping[str, str]] = {

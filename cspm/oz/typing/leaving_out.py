@@ -67,11 +67,15 @@ def kept(
     for _ in range(MOST_ROUNDS):
         paragraphs = [d for d in left if isinstance(d, s.Paragraph)]
         failing: dict[int, Diagnostic] = {}
-        for diagnostic in _errors(error):
+        first: set[str] = set()
+        for diagnostic in sorted(_errors(error), key=lambda d: d.code not in _LIMITS):
             paragraph = _paragraph_at(paragraphs, diagnostic.span)
             if paragraph is None or not _is_limit(diagnostic, paragraph, paragraphs, reasons):
                 raise error
-            failing.setdefault(id(paragraph), diagnostic)
+            if diagnostic.code in _LIMITS:
+                first.update(_declares(paragraph))
+            if diagnostic.code in _LIMITS or not (_mentioned(paragraph) - set(_declares(paragraph))) & first:
+                failing.setdefault(id(paragraph), diagnostic)
         out = _with_users(paragraphs, failing, reasons, told)
         left = [d for d in left if id(d) not in out]
         try:
@@ -99,7 +103,7 @@ def check_alternatives(declarations: Sequence[syntax.Declaration]) -> None:
 
 
 def _has_alternatives(node: syntax.Node) -> bool:
-    return any(isinstance(part, s.Operator) and part.name in ("poly", "union") for part in _nodes(node))
+    return any(isinstance(part, s.Operator) and part.name in ("poly", "union", "contained") for part in _nodes(node))
 
 
 def _errors(error: ScriptError) -> list[Diagnostic]:
@@ -227,7 +231,7 @@ def _with_users(
     for paragraph in paragraphs:
         if id(paragraph) in failing:
             diagnostic = failing[id(paragraph)]
-            leave_out(paragraph, diagnostic.message, diagnostic.span)
+            leave_out(paragraph, _reason(diagnostic, paragraph, paragraphs), diagnostic.span)
     while True:
         more = [
             (paragraph, sorted(used))
@@ -238,6 +242,24 @@ def _with_users(
             return out
         for paragraph, uses in more:
             leave_out(paragraph, f"it uses `{uses[0]}`", None)
+
+
+def _reason(diagnostic: Diagnostic, paragraph: s.Paragraph, paragraphs: Sequence[s.Paragraph]) -> str:
+    """Why a paragraph cannot be flattened, in words of the document."""
+    if diagnostic.code in _LIMITS:
+        return diagnostic.message
+    used = _mentioned(paragraph)
+    for name in ("self", "oid"):
+        if name in used:
+            return f"`{name}` would need a heap"
+    for other in paragraphs:
+        if isinstance(other, s.Class) and other.generics and other.name in used:
+            return f"objects of the generic class `{other.name}` as values would need a heap"
+        if isinstance(other, s.Abbreviation) and other.generics and other.name in used:
+            return f"objects of what `{other.name}` stands for would need a heap"
+    if any(isinstance(part, s.Renamed) for part in _nodes(paragraph)):
+        return "objects under other names of their features would need a heap"
+    return "what it says of the classes of its objects would need a heap"
 
 
 def _unasked(declarations: Sequence[syntax.Declaration], reasons: Mapping[str, str]) -> None:

@@ -27,9 +27,7 @@ from typing import Any, TypeVar
 
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.oz import syntax as s
-from cspcheck.cspm.oz.objects.messages import no_class
 from cspcheck.cspm.oz.typing import messages as messages
-from cspcheck.cspm.oz.writing.printer import print_term
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax.tree import Declaration, NameDeclaration, Node
 
@@ -75,17 +73,8 @@ class _Alternatives:
             if value.name == "poly":
                 return self._poly(value)
             if value.name == "contained":
-                return self._contained(value)
+                return self._value(value.operands[0])  # it belongs to the attribute that names it in any case
         return self.rewritten(value) if isinstance(value, Node) else value
-
-    def _contained(self, node: s.Operator) -> s.Term:
-        """``C %own`` is ``C``: an object belongs to the attribute that names it in any case."""
-        inner: s.Term = node.operands[0]
-        if self._union(inner) is None and not _is_class(inner, self.classes):
-            self.report(no_class("an object that is contained", print_term(inner), inner.span))
-        found = self._value(inner)
-        assert isinstance(found, s.Term)
-        return found
 
     def _poly(self, node: s.Operator) -> s.Term:
         operand = node.operands[0]
@@ -219,16 +208,6 @@ def _declared(paragraph: s.Paragraph) -> Iterator[str]:
             yield from (d.name for declaration in paragraph.declarations for d in declaration.names)
         case s.Abbreviation() | s.FreeType() | s.Schema():
             yield paragraph.name
-
-
-def _is_class(term: s.Term, classes: Mapping[str, s.Class]) -> bool:
-    """Whether a term is made of a class: ``C[T]``, ``poly C``, ``C[new/old]``."""
-    while True:
-        match term:
-            case s.Grouped(inner=inner) | s.Renamed(term=inner) | s.Operator(name="poly", operands=(inner,)):
-                term = inner
-            case _:
-                return isinstance(term, s.Reference) and term.name in classes
 
 
 def _names(term: s.Term) -> set[str]:
