@@ -332,6 +332,10 @@ class Terms:
                 if any(isinstance(element, Objects) for element in elements):
                     return self._union(node, (one, other))
                 return self._applied("union", node, [one, other])
+            case "concat", (left, right) if isinstance(right, s.Number):  # the iterate of a relation
+                relation, field = self.term(left, scope), Open()
+                self.must(relation, pairs(field, field), left.span)
+                return relation
             case "diff" | "filter" | "compose" | "pipe", (left, right):
                 first = self.term(left, scope)
                 schema = self.schemas.components(first)
