@@ -373,8 +373,7 @@ class Prover:
         return Impossible()
 
     def _late(self) -> bool:
-        deadline = self.solver.settings.deadline
-        return deadline is not None and self.clock() >= deadline
+        return self.solver.is_late
 
     def fails(self, goal: Term) -> Constraint:
         """That a predicate is false or undefined."""
