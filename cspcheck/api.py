@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
+from numbers import Integral, Real
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from cspcheck import checking
@@ -463,8 +464,9 @@ class Machine:
 def _positive(name: str, value: N | None) -> N | None:
     if value is None:
         return None
-    numbers = (int, float) if name == "timeout" else int
-    if not isinstance(value, numbers) or isinstance(value, bool):
+    # Numbers of numpy are numbers, too.
+    kind: type = Real if name == "timeout" else Integral
+    if not isinstance(value, kind) or isinstance(value, bool):
         raise TypeError(f"{name} must be a number, not {value!r}")
     if not value > 0:
         raise ValueError(f"{name} must be above zero, not {value}")

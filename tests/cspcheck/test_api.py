@@ -11,6 +11,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 import cspcheck
@@ -418,3 +419,4 @@ assert C :[deadlock free]
         for something in (-1, 0, float("nan")):
             with pytest.raises(ValueError, match="timeout must be above zero"):
                 script.check(timeout=something)
+        assert [result.verdict for result in script.check(timeout=np.float64(60.0), workers=np.int64(1))] == ["pass"]
