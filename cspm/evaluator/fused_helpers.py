@@ -181,7 +181,13 @@ def _decode_map(key: tuple[Any, ...]) -> Map:
 def _tail_of(key: tuple[Any, ...]) -> tuple[Any, ...]:
     if len(key) == 1:
         raise Retreat
-    return (Sequence, *key[2:])
+    return key[:-1]
+
+
+def _head_of(key: tuple[Any, ...]) -> Any:
+    if len(key) == 1:
+        raise Retreat
+    return key[-1]
 
 
 _DECODERS: dict[str, Callable[[Any], Any]] = {
@@ -212,6 +218,7 @@ NATIVE_HELPERS: dict[str, Any] = {
     "encode_map": _encode_ordered,
     "encode_sequence": _encode_ordered,
     "encode_set": _encode_set,
+    "head_of": _head_of,
     "tail_of": _tail_of,
 }
 """Those of functions of keys (:mod:`cspcheck.cspm.evaluator.native_menus`)."""

@@ -135,7 +135,8 @@ class NativeFuser(ProcessFuser):
             Failure: a declaration is amiss.
             Retreat: something is not written in this way.
         """
-        names = tuple([f"n{slot}" for slot in range(len(kinds))])
+        # Longer than all names that are made for what is inside.
+        names = tuple([f"part{slot}" for slot in range(len(kinds))])
         text = f"    {', '.join(names)}, = key\n"
         for patterns, body in self.routine.clauses:
             text += self._clause(patterns, body, names, kinds)
@@ -210,20 +211,24 @@ class NativeFuser(ProcessFuser):
         if len(open_) > 1:
             raise Retreat
         tests.append(f"len({name}) {'>' if open_ else '=='} {least + (0 if open_ else 1)}")
-        position = 1
+        # In a key the last element comes first, behind the class.
+        front = 0
         for part in parts:
             if isinstance(part, syntax.SequencePattern):
                 for item in part.items:
-                    self._element(_bare(item), f"{name}[{position}]", tests, bound)
-                    position = position + 1 if position != -1 else 0
+                    front += 1
+                    self._element(_bare(item), f"{name}[-{front}]", tests, bound)
             else:
-                behind = least - (position - 1)
+                behind = least - front
+                rest = f"(Sequence, *{name}[{behind + 1}:{f'-{front}' if front else ''}])"
                 if is_variable(self.evaluator, part):
-                    text = f"(Sequence, *{name}[{position}:{f'-{behind}' if behind else ''}])"
-                    bound.append((self._symbol(part), text, "sequence"))
+                    bound.append((self._symbol(part), rest, "sequence"))
                 elif not isinstance(part, syntax.Wildcard):
                     raise Retreat
-                position = -behind
+                break
+        items = [item for part in parts[open_[0] + 1 :] for item in part.items] if open_ else []  # type: ignore[attr-defined]
+        for place, item in enumerate(reversed(items), 1):
+            self._element(_bare(item), f"{name}[{place}]", tests, bound)
 
     def _element(
         self, item: syntax.Pattern, text: str, tests: list[str], bound: list[tuple[Symbol, str, Kind]]
@@ -281,17 +286,16 @@ class NativeFuser(ProcessFuser):
                 self.fusion.gain += 1
                 return f"({', '.join(self.native(item, place, depth + 1) for item in node.items)},)"
             text = self.value(node, place, depth)
-            return text if self._is_plain(node) else f"deep({text})"
+            return text if self._is_plain(node) or self._native_slot(node, place) is not None else f"deep({text})"
         return self._direct(node, place, depth) or f"encode_{kind}({super().value(node, place, depth)})"
 
     def _direct(self, node: syntax.Expr, place: FusedPlace, depth: int) -> str | None:
         """Text for what stands for a collection in a key, without its value; None if that is not written here."""
         if depth >= DEEPEST:
             return None
-        if isinstance(node, syntax.Name):
-            slot = place.frame.slots.get(self.evaluator.names.symbol(node))
-            if slot is not None:
-                return place.variables[slot] if isinstance(place, _Place) and slot in place.natives else None
+        slot = self._native_slot(node, place)
+        if slot is not None:
+            return place.variables[slot]
         if self._is_closed(node):
             return self._constant(node, place)
         match node:
@@ -299,15 +303,15 @@ class NativeFuser(ProcessFuser):
                 items = "".join(f"{self.native(item, place, depth + 1)}, " for item in node.items)
                 return f"frozenset(({items}))"
             case syntax.SequenceExpr(statements=None):
-                return f"(Sequence, {self._items_of(node, place, depth)})"
+                return f"(Sequence, {self._backward(node, place, depth)})"
             case syntax.Binary(operator="^"):
                 left, right = syntax.bare(node.left), syntax.bare(node.right)
-                if isinstance(right, syntax.SequenceExpr) and right.statements is None:
-                    return f"(*{self.native(left, place, depth + 1)}, {self._items_of(right, place, depth)})"
                 if isinstance(left, syntax.SequenceExpr) and left.statements is None:
-                    items = self._items_of(left, place, depth)
-                    return f"(Sequence, {items}*{self.native(right, place, depth + 1)}[1:])"
-                return f"({self.native(left, place, depth + 1)} + {self.native(right, place, depth + 1)}[1:])"
+                    return f"(*{self.native(right, place, depth + 1)}, {self._backward(left, place, depth)})"
+                if isinstance(right, syntax.SequenceExpr) and right.statements is None:
+                    items = self._backward(right, place, depth)
+                    return f"(Sequence, {items}*{self.native(left, place, depth + 1)}[1:])"
+                return f"({self.native(right, place, depth + 1)} + {self.native(left, place, depth + 1)}[1:])"
             case syntax.If():
                 then = self.native(node.then, place, depth + 1)
                 otherwise = self.native(node.otherwise, place, depth + 1)
@@ -316,9 +320,17 @@ class NativeFuser(ProcessFuser):
                 return self._collection(node, place, depth + 1)
         return None
 
-    def _items_of(self, node: syntax.SequenceExpr, place: FusedPlace, depth: int) -> str:
+    def _native_slot(self, node: syntax.Expr, place: FusedPlace) -> int | None:
+        """The position of a variable that is a part of a key; None for anything else."""
+        if not isinstance(node, syntax.Name) or not isinstance(place, _Place):
+            return None
+        slot = place.frame.slots.get(self.evaluator.names.symbol(node))
+        return slot if slot in place.natives else None
+
+    def _backward(self, node: syntax.SequenceExpr, place: FusedPlace, depth: int) -> str:
+        """The elements of a sequence as they stand in a key: the last of them first."""
         self.fusion.gain += 1
-        return "".join(f"{self.native(item, place, depth + 1)}, " for item in node.items)
+        return "".join(f"{self.native(item, place, depth + 1)}, " for item in reversed(node.items))
 
     def _collection(self, node: syntax.Apply, place: FusedPlace, depth: int) -> str | None:
         """A built-in function that gives a collection."""
@@ -398,7 +410,7 @@ class NativeFuser(ProcessFuser):
         first = self.kind_of(node.arguments[0])
         if name in ("head", "length") and first == "sequence":
             there = self.native(node.arguments[0], place, depth)
-            return f"{there}[1]" if name == "head" else f"(len({there}) - 1)"
+            return f"head_of({there})" if name == "head" else f"(len({there}) - 1)"
         if name == "card" and first == "set":
             return f"len({self.native(node.arguments[0], place, depth)})"
         if name == "mapLookup" and first == "map":
@@ -451,10 +463,9 @@ class NativeFuser(ProcessFuser):
     def delayed(self, node: syntax.Expr, place: FusedPlace, depth: int = 0) -> str:
         """Text for the value of *node* or a thunk of it."""
         node = syntax.bare(node)
-        if isinstance(node, syntax.Name) and isinstance(place, _Place):
-            slot = place.frame.slots.get(self.evaluator.names.symbol(node))
-            if slot in place.natives:
-                return place.value(slot)
+        slot = self._native_slot(node, place)
+        if slot is not None and isinstance(place, _Place):
+            return place.value(slot)
         return super().delayed(node, place, depth)
 
     def _application(self, node: syntax.Apply, place: FusedPlace, depth: int) -> str | None:

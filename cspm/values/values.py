@@ -139,7 +139,7 @@ class Sequence:
     @classmethod
     def evaluated(cls, native: tuple[Any, ...]) -> Sequence:
         """The sequence that stands in a key as *native*."""
-        made = cls(list(native[:0:-1]), len(native) - 1)
+        made = cls(list(native[1:]), len(native) - 1)
         made._deep = True
         made._native = native
         return made
@@ -308,7 +308,10 @@ class Sequence:
 
     @property
     def native(self) -> tuple[Any, ...]:
-        """What Python itself compares and hashes as it does this sequence: its class and its elements, evaluated."""
+        """What Python itself compares and hashes as it does this sequence: its class and its elements, evaluated.
+
+        The last of them comes first.
+        """
         if self._native is None:
             if not self._deep:
                 self.deep(1)
