@@ -29,6 +29,8 @@ class Directed:
         self._semantics = semantics
         self._rows: dict[Process, dict[int, list[Process]]] = {}
         self._events: dict[Process, frozenset[int]] = {}
+        self._quiet: set[Process] = set()
+        """Those without taus and ticks."""
         self._renamings: dict[int, tuple[object, dict[int, list[int]], dict[int, list[int]]]] = {}
         self._shared: dict[int, tuple[object, dict[int, bool]]] = {}
 
@@ -57,6 +59,9 @@ class Directed:
     # --- one operator each -----------------------------------------------------------------------------------
 
     def _after(self, state: Process, event: int) -> Targets:
+        row = self._rows.get(state)
+        if row is not None:
+            return row.get(event, ())
         kind = type(state)
         if kind is Parallel or kind is AlphabetisedParallel:
             return self._in_parallel(state, event)  # type: ignore[arg-type]
@@ -83,10 +88,10 @@ class Directed:
         if event == TAU:
             found = []
             for i, operand in enumerate(operands):
-                events = self.initials(operand)
-                if TAU in events:
-                    found += [_with(state, i, target) for target in self._after(operand, TAU)]
-                if TICK in events and len(events) > 1 and not self._is_ready(operand, state.clocks):
+                if operand in self._quiet:
+                    continue
+                found += [_with(state, i, target) for target in self._after(operand, TAU)]
+                if self._can_tick(operand) and not self._is_ready(operand, state.clocks):
                     found.append(_with(state, i, SKIP))
             return found
         if isinstance(state, AlphabetisedParallel):
@@ -134,10 +139,18 @@ class Directed:
 
     def _is_ready(self, operand: Process, clocks: EventSet) -> bool:
         """Whether an operand does not keep the whole from ticking: it has terminated, or waits with time."""
-        events = self.initials(operand)
-        if TICK not in events:
+        if not self._can_tick(operand):
             return False
+        events = self.initials(operand)
         return len(events) == 1 or (bool(clocks) and any(event in clocks for event in events))
+
+    def _can_tick(self, state: Process) -> bool:
+        """Whether a state can tick, without a look at what else it can do where that matters little."""
+        while isinstance(state, (Hide, Rename)):
+            state = state.process
+        if isinstance(state, (Parallel, AlphabetisedParallel)):
+            return all(self._is_ready(operand, state.clocks) for operand in state.operands)
+        return TICK in self._row(state)
 
     # --- what is known ---------------------------------------------------------------------------------------
 
@@ -147,6 +160,8 @@ class Directed:
             row = self._rows[state] = {}
             for event, target in self._semantics.transitions(state):
                 row.setdefault(event, []).append(target)
+            if TAU not in row and TICK not in row:
+                self._quiet.add(state)
         return row
 
     def _is_shared(self, events: EventSet, event: int) -> bool:
