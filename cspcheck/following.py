@@ -80,8 +80,8 @@ class Follower:
         self.hidden = hidden
         self.followed = 0
         """How many events have been followed."""
-        self._met: set[int] = set()
-        """Events that some state before those that are known could perform."""
+        self._forgot = False
+        """Whether there have been states that are not known any more."""
         self._events: dict[str, int | None] = {script.events.tick: TICK}
         self._hidden_events: EventSet | None = None
         if hidden:
@@ -116,12 +116,12 @@ class Follower:
         if target is None:
             if len(self._sets) >= MOST_SETS:
                 states = self._sets[self._now]
-                self._met = self._seen_events()
+                self._forgot = True
                 self._forget()
                 self._now = self._number(states)
             target = self._advance(self._now, number)
             if target is None:
-                known = number in self._seen_events()
+                known = self._forgot or number in self._seen_events()
                 why = (
                     "the process does not offer it after these events" if known else "it is not met in the process yet"
                 )
@@ -217,7 +217,7 @@ class Follower:
         return {event for state in self._sets[number] for event in self._directed.initials(state)} - {TAU}
 
     def _seen_events(self) -> set[int]:
-        return self._met.union(*[self._offered(number) for number in range(len(self._sets))])
+        return {event for number in range(len(self._sets)) for event in self._offered(number)}
 
     def _event(self, text: str) -> int | None:
         """The number of an event by its text; None if the script has no such event."""
