@@ -21,7 +21,7 @@ def main() -> NoReturn:
     # of a small check.
     gc.set_threshold(*COLLECTOR)
     try:
-        signal.signal(signal.SIGTERM, _interrupt)
+        signal.signal(signal.SIGTERM, asked_to_end)
         from cspcheck.cli import run
 
         code = run()
@@ -37,8 +37,9 @@ def main() -> NoReturn:
     sys.exit(code)
 
 
-def _interrupt(number: int, frame: FrameType | None) -> None:
-    raise KeyboardInterrupt
+def asked_to_end(number: int, frame: FrameType | None) -> None:
+    """What the signal to end does: an interrupt that says which signal it was."""
+    raise KeyboardInterrupt(number)
 
 
 if __name__ == "__main__":

@@ -155,6 +155,7 @@ def load(path: str, settings: Settings) -> Script:
     from cspcheck.cspm import script
     from cspcheck.cspm.notation import ClassReading
 
+    settle()
     guard = Guard(settings.limits.seconds, settings.limits.memory_bytes)
     try:
         with guard:
@@ -199,6 +200,7 @@ class GuardedChecker:
         Raises:
             ScriptError: what the assertion speaks of cannot be evaluated.
         """
+        settle()
         limits = self._settings.limits
         guard = Guard(limits.seconds, limits.memory_bytes)
         start = time.perf_counter()
@@ -211,20 +213,19 @@ class GuardedChecker:
             reason = OUT_OF_MEMORY
         seconds = time.perf_counter() - start
         sure = None if self._checker is None else self._checker.ended(self._here(assertion), reason)
-        self._checker = None
-        release_memory()
+        self._given_up()
         return _nothing(Verdict.UNKNOWN, reason, seconds) if sure is None else replace(sure, seconds=seconds)
 
     def coverage(self, assertion: Assertion) -> Coverage | None:
         """What never happened in a check that passed; None where that takes more than the limits allow."""
         from cspcheck.coverage import coverage
 
+        settle()
         try:
             with Guard(self._settings.limits.seconds, self._settings.limits.memory_bytes):
                 return coverage(self._own, self._ready(), replace(assertion, node=self._here(assertion.node)))
         except (Stopped, MemoryError):
-            self._checker = None
-            release_memory()
+            self._given_up()
             return None
 
     def lts(self, process: Process) -> Lts:
@@ -236,6 +237,7 @@ class GuardedChecker:
         """
         from cspcheck.checker.budget import Incomplete
 
+        settle()
         guard = Guard(self._settings.limits.seconds, self._settings.limits.memory_bytes)
         try:
             with guard:
@@ -244,9 +246,13 @@ class GuardedChecker:
             reason = why(guard, self._settings.limits, stopped)
         except MemoryError:
             reason = OUT_OF_MEMORY
-        self._checker = None
-        release_memory()
+        self._given_up()
         raise Incomplete(reason)
+
+    def _given_up(self) -> None:
+        """Leave what was half done behind."""
+        self._checker = None
+        _Debt.memory = True
 
     def _ready(self) -> Checker:
         if self._checker is None:
@@ -337,6 +343,23 @@ def script_digest(script: Script) -> str:
     for text in sorted(source.text for source in sources.values()):
         digest.update(sha256(text.encode("utf-8", "surrogatepass")).digest())
     return digest.hexdigest()
+
+
+class _Debt:
+    """Whether a check was given up whose memory has not been given back yet.
+
+    A million terms are taken apart in seconds. Nobody waits for that who only wants to hear that a limit was reached:
+    it is done before the next check begins, if there is one.
+    """
+
+    memory = False
+
+
+def settle() -> None:
+    """Give back what checks that were given up have left in memory, before something else needs it."""
+    if _Debt.memory:
+        _Debt.memory = False
+        release_memory()
 
 
 def release_memory() -> None:

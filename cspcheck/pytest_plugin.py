@@ -162,9 +162,12 @@ def _settings(config: pytest.Config, script: Path | None = None) -> Settings:
 def _positive(option: str, text: str | None) -> int | None:
     if text is None:
         return None
-    if not text.isdecimal() or int(text) == 0:
+    from cspcheck.quantities import whole_number
+
+    number = whole_number(text)
+    if not number:
         raise ValueError(f"{option} wants a whole number above zero, not `{text}`")
-    return int(text)
+    return number
 
 
 class ScriptFile(pytest.File):

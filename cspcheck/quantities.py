@@ -10,6 +10,8 @@ _BYTES = {
     **{f"{letter}{suffix}": 1024**power for power, letter in enumerate("kmgt", 1) for suffix in ("", "ib")},
     **{f"{letter}b": 1000**power for power, letter in enumerate("kmgt", 1)},
 }
+MOST = 10**18
+"""Sizes and numbers from here on are a mistake of whoever writes them."""
 _NUMBER = r"(\d+(?:\.\d+)?)"
 
 
@@ -41,10 +43,19 @@ def parse_size(text: str) -> int:
     unit = _BYTES.get(match[2] or "b") if match else None
     if match is None or unit is None:
         raise ValueError(f"`{text}` is not a size; write it like 512MiB, 8GiB or 2GB")
-    size = int(float(match[1]) * unit)
+    amount = float(match[1]) * unit
+    if amount >= MOST:
+        raise ValueError(f"`{text}` is more than any machine has")
+    size = int(amount)
     if size <= 0:
         raise ValueError(f"`{text}` is not a size above zero")
     return size
+
+
+def whole_number(text: str) -> int | None:
+    """The number that decimal digits stand for; None if it is none, or has more than 18 digits, which nobody means."""
+    digits = text.lstrip("0") or text[:1]
+    return int(digits) if text.isascii() and text.isdecimal() and len(digits) < len(str(MOST)) else None
 
 
 def show_seconds(seconds: float) -> str:

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from cspcheck.quantities import MOST, whole_number
+
 if TYPE_CHECKING:
     from cspcheck.cspm.script import Assertion
 
@@ -70,7 +72,8 @@ def _targets(argument: str) -> Iterator[Target | EmptyFolder]:
         return
     match = re.fullmatch(r"(.+):(\d+)", argument)
     if match and not os.path.exists(argument):
-        yield Target(match[1], frozenset({int(match[2])}))
+        line = whole_number(match[2])
+        yield Target(match[1], frozenset({line if line is not None else MOST}))
         return
     yield Target(argument)
 

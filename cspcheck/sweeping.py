@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from itertools import product
 
 from cspcheck.cspm.diagnostics import Diagnostic
+from cspcheck.quantities import whole_number
 from cspcheck.result import Result
 
 MOST = 10_000
@@ -40,13 +41,20 @@ def parse_sweep(name: str, text: str) -> Sweep:
         if bounds is None:
             values.append(part)
             continue
-        low, high = int(bounds[1]), int(bounds[2])
+        low, high = _bound(bounds[1]), _bound(bounds[2])
         if low > high:
             raise ValueError(f"`{part}` goes down; write it as `{high}..{low}`")
         if high - low >= MOST:
             raise ValueError(f"`{part}` are {high - low + 1:,} values")
         values.extend(map(str, range(low, high + 1)))
     return Sweep(name, tuple(dict.fromkeys(values)))
+
+
+def _bound(text: str) -> int:
+    number = whole_number(text.removeprefix("-"))
+    if number is None:
+        raise ValueError(f"`{text}` has too many digits for a bound of a range")
+    return -number if text.startswith("-") else number
 
 
 def split_at_commas(text: str) -> list[str]:

@@ -66,15 +66,21 @@ def seal(content: bytes) -> bytes:
     return sha256(content).hexdigest().encode() + b"\n" + content
 
 
-def unsealed(path: Path) -> bytes | None:
-    """What was sealed in a file; None if there is none, or if it is damaged (which is told)."""
+def unsealed(path: Path, many: Path | None = None) -> bytes | None:
+    """What was sealed in a file; None if there is none, or if it is damaged, which is told.
+
+    *many*: the folder, of a cache of many files: that some of them are damaged is told once for all.
+    """
     try:
         digest, _, content = path.read_bytes().partition(b"\n")
     except OSError:
         return None
     if sha256(content).hexdigest().encode() == digest:
         return content
-    tell(f"the cache file `{path}` was damaged and is made anew")
+    if many is None:
+        tell(f"the cache file `{path}` was damaged and is made anew")
+    else:
+        tell(f"the cache `{many}` has damaged files, which are made anew")
     return None
 
 

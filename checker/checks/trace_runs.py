@@ -17,6 +17,7 @@ from cspcheck.checker.search.pair_search import PairExploration
 from cspcheck.checker.search.paths import PathStep, shortest_path
 from cspcheck.checker.semantics.steps import Row
 from cspcheck.checker.specification.normal_form import NormalForm, NormalModel
+from cspcheck.cspm.interruption import during
 from cspcheck.cspm.process.events import TAU, TICK, EventTable
 from cspcheck.cspm.process.terms import Process
 
@@ -126,7 +127,8 @@ def along_original(
         ways.insert(2, partial(_in_terms, context, process, trace, model, goal))
     for way in ways:
         try:
-            along = way()
+            with during("explaining the failure without compression", vague=True):
+                along = way()
         except Incomplete:
             continue
         if along is not None and along.pairs.complete:

@@ -122,13 +122,23 @@ class Behaviour:
         if self.packed.network.is_compressed:
             self._confirm_components(loop)
             return
-        replay = Replay(self.process)
+        try:
+            replay = self._replayed(holds, claim, loop, in_order=True)
+        except ReplayFailure:
+            # The components may stand in another order than they have in the network.
+            replay = self._replayed(holds, claim, loop, in_order=False)
+        self._told = Told(self.process, replay)
+
+    def _replayed(
+        self, holds: Callable[[Row], bool], claim: str, loop: Sequence[PathStep], *, in_order: bool
+    ) -> Replay:
+        replay = Replay(self.process, in_order=in_order)
         for step, used in zip(self.path, self._used[1:], strict=True):
             replay.step(step.event, self._terms(step, used))
         replay.expect(holds, claim)
         if loop:
             replay.expect_loop(self._terms(step, self._used[-1]) for step in loop)
-        self._told = Told(self.process, replay)
+        return replay
 
     def _confirm_components(self, loop: Sequence[PathStep]) -> None:
         """Replay what each component did, where some are compressed and their taus are not those of the terms.
@@ -264,7 +274,7 @@ class Behaviour:
 
     def _terms(self, step: PathStep, used: set[int]) -> list[Process]:
         local = self._local(step)
-        return [self.packed.network.slots[slot].terms[local[slot]] for slot in used]
+        return [self.packed.network.slots[slot].terms[local[slot]] for slot in sorted(used)]
 
     def _offer_names(self, slot: Slot, state: int) -> tuple[str, ...]:
         network = self.packed.network

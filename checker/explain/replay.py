@@ -6,7 +6,7 @@ themselves, by ``cspcheck.checker.semantics.transitions`` and nothing else.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 
 from cspcheck.checker.network.compiler import Compiler
 from cspcheck.checker.semantics.steps import Row
@@ -34,8 +34,14 @@ class Replay:
         semantics: the transitions of terms.
     """
 
-    def __init__(self, process: Process) -> None:
+    def __init__(self, process: Process, *, in_order: bool = False) -> None:
+        """*in_order*: where many states are alike, those count whose components are as they are, in the same order.
+
+        Of many equal components each may be where another could be as well; only the order tells these states apart.
+        It does so where components stand in a term as they are numbered.
+        """
         self._process = process
+        self._in_order = in_order
         self.semantics = Compiler().semantics
         self._rows: dict[Process, Row] = {}
         self.states: States = {self.semantics.state(process): None}
@@ -112,22 +118,28 @@ class Replay:
         return {target: None for state in states for event, target in self.row(state) if event == label}
 
     def _narrowed(self, states: States, components: Iterable[Process]) -> States:
-        wanted = set(components)
+        wanted = list(components)
         if len(states) <= CROWD or not wanted:
             return states
-        return {state: None for state in states if wanted <= _parts(state)} or states
+        if self._in_order:
+            kept = {state: None for state in states if _occur(wanted, _parts(state))}
+        else:
+            kept = {state: None for state in states if set(wanted) <= set(_parts(state))}
+        return kept or states
 
 
-def _parts(term: Process) -> set[Process]:
-    """The term and everything that runs in it."""
-    found = {term}
+def _occur(wanted: Iterable[Process], parts: Iterator[Process]) -> bool:
+    """Whether terms are among others, in their order."""
+    return all(any(part is one for part in parts) for one in wanted)
+
+
+def _parts(term: Process) -> Iterator[Process]:
+    """The term and everything that runs in it, from left to right."""
     pending = [term]
     while pending:
-        for part in pending.pop().active():
-            if part not in found:
-                found.add(part)
-                pending.append(part)
-    return found
+        part = pending.pop()
+        yield part
+        pending.extend(reversed(tuple(part.active())))
 
 
 def states_after(process: Process, trace: Iterable[int], limit: int) -> list[Row] | None:

@@ -155,15 +155,17 @@ def _component(packed: PackedNetwork, part: ComposedPart, offers: _Ends, run: li
     """The run with the states and labels of a component of the network."""
     assert part.slot is not None
     slot = packed.network.slots[part.slot]
-    meaning = dict(part.labels)
     root = dict(packed.network.initial).get(part.slot, 0)
     lts = relabelled(
         Lts(slot.lts.offsets, slot.lts.labels, slot.lts.targets, root), {old: new for new, old in part.labels}
     )
     edges = _run_of(lts, _visible(part, run), offers)
-    performed = [
-        (label, _Happening({-1 - part.slot: meaning[label]}, {part.slot: target})) for _, label, target in edges
-    ]
+    names = set(part.labels)
+    performed = []
+    for source, label, target in edges:
+        # Of several labels that stand for one, any that leads there: the same becomes of them.
+        own = next(old for old, there in slot.lts.successors(source) if there == target and (label, old) in names)
+        performed.append((label, _Happening({-1 - part.slot: own}, {part.slot: target})))
     return _merged(part, run, performed)
 
 

@@ -81,7 +81,7 @@ def _refinement(
 ) -> Iterator[Finding]:
     simulation = Simulation(specification, relation, settings)
     simulation.help = help_of(node.hints, simulation.prover)
-    yield from simulation.upward() if upward else simulation.downward()
+    yield from simulation.prover.solver.one_after_another(simulation.upward() if upward else simulation.downward())
 
 
 def specification_of(script: Script) -> core.Specification:

@@ -14,8 +14,8 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterable
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any, TypeVar
 
 from cspcheck.checker.guard import machine_memory
 from cspcheck.checker.proof.channel import ForeignValue, Incoming, Sources, TooDeep, framed, packed, unpacked
@@ -39,6 +39,8 @@ from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Term
 from cspcheck.cspm.recursion import USUAL_STACK
 
+T = TypeVar("T")
+
 NO_ANSWER = "the solver did not answer"
 CRASHED = "the solver crashed"
 PATIENCE = 0.2
@@ -51,11 +53,17 @@ IDLE = 600.0
 """Seconds after which a solver is ended that neither works nor answers."""
 MOST_SUBJECTS = 100
 """A process that has been told of so many classes gives way to a new one."""
+MOST_LOST = 2
+"""An obligation is given up when the solver has lost count of its steps in so many of its questions."""
 _LOOK = 0.05
 
 
 class SolverGone(Exception):
     """The solver has not answered; the message says why, as a reason for ``unknown``."""
+
+
+class LostCount(SolverGone):
+    """The solver has worked far longer than it should have, by its own steps."""
 
 
 class SolverProcess:
@@ -67,13 +75,14 @@ class SolverProcess:
         self._sources = Sources()
         self._subjects: dict[tuple[int, int], tuple[int, object, object]] = {}
 
-    def ask(self, request: Request, subject: tuple[Any, Any], seconds: float | None) -> Any:
+    def ask(self, request: Request, subject: tuple[Any, Any], seconds: float | None, overwork: float = OVERWORK) -> Any:
         """What the solver answers.
 
         Args:
             request: without its subject.
             subject: the specification and the class that it is about.
             seconds: when to give up, whatever the solver is doing; None: when it has worked far too long.
+            overwork: how many times as long as it should take it may work.
 
         Raises:
             SolverGone: it has been ended, or has ended by itself.
@@ -93,7 +102,7 @@ class SolverProcess:
             raise SolverGone("the question is nested too deeply") from None
         try:
             with during("waiting for the solver"):
-                reply = self._exchanged(process, framed(content), request.seconds, seconds)
+                reply = self._exchanged(process, framed(content), max(LEAST, overwork * request.seconds), seconds)
             answer = unpacked(reply, self._sources)
         except ForeignValue:
             self.end()
@@ -124,7 +133,7 @@ class SolverProcess:
             self.end()
             self._owner = os.getpid()
             self._process = subprocess.Popen(
-                [sys.executable, "-c", "from cspcheck.checker.proof.worker import serve; serve()"],
+                [sys.executable, "-c", f"from cspcheck.checker.proof.worker import serve; serve({_own_number()})"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
@@ -135,10 +144,8 @@ class SolverProcess:
             )
         return self._process
 
-    def _exchanged(
-        self, process: subprocess.Popen[bytes], content: bytes, effort: float, seconds: float | None
-    ) -> bytes:
-        """Send a request and wait for its answer."""
+    def _exchanged(self, process: subprocess.Popen[bytes], content: bytes, most: float, seconds: float | None) -> bytes:
+        """Send a request and wait for its answer; the solver may work *most* seconds."""
         assert process.stdin is not None
         assert process.stdout is not None
         started = time.monotonic()
@@ -174,8 +181,25 @@ class SolverProcess:
                 if now is None or worked is None:
                     if passed > IDLE:
                         raise SolverGone(NO_ANSWER)
-                elif now - worked > max(LEAST, OVERWORK * effort) or passed > IDLE + 100 * (now - worked):
+                elif now - worked > most:
+                    raise LostCount(NO_ANSWER)
+                elif passed > IDLE + 100 * (now - worked):
                     raise SolverGone(NO_ANSWER)
+
+
+def _halved(effort: float, most: float) -> float:
+    """Where time counts, the solver should come back by itself before it is up, after one of a few efforts.
+
+    The next run, which is not as far at the same moment, asks the same then.
+    """
+    while effort > most and effort > 0.01:
+        effort /= 2
+    return effort
+
+
+def _own_number() -> int | None:
+    """This process's number, where those that it starts see when it has ended."""
+    return os.getpid() if hasattr(os, "fork") else None
 
 
 def _ended(process: subprocess.Popen[bytes]) -> str:
@@ -243,7 +267,30 @@ class SolverClient:
         """What queries are called when they are written out."""
         self._clock = clock
         self._process = process or _shared
+        self._begun: float | None = None
+        self._lost = 0
         self._kept = KeptAnswers(specification, model) if self.settings.smtlib is None else None
+
+    def begin(self) -> None:
+        """Another obligation begins: its time counts from now, and the solver has not lost itself in it yet.
+
+        Without this, each question has the time that an obligation may take.
+        """
+        self._begun = self._clock()
+        self._lost = 0
+
+    def one_after_another(self, findings: Iterable[T]) -> Iterator[T]:
+        """Findings that are made when they are asked for, each an obligation with a time of its own."""
+        self.begin()
+        for finding in findings:
+            yield finding
+            self.begin()
+
+    @property
+    def is_late(self) -> bool:
+        """Whether nothing more can be asked for this obligation."""
+        left = self._left()
+        return self._lost >= MOST_LOST or (left is not None and left <= 0)
 
     def ask(self, question: Question) -> Answer:
         """Whether there are values that satisfy all parts of a question."""
@@ -289,35 +336,42 @@ class SolverClient:
         left = self._left()
         if left is not None and left <= 0:
             return Unanswered("the time limit was reached")
+        if self._lost >= MOST_LOST:
+            return Unanswered(NO_ANSWER)
         request = Request(
             verb,
             what,
-            # Where time counts, the solver should come back by itself before it is up.
-            effort if left is None else min(effort, 0.5 * left),
+            effort if left is None else _halved(effort, 0.5 * left),
             settings.scopes,
             settings.seed,
             name=self.name,
             smtlib=settings.smtlib is not None,
             first_query=len(settings.smtlib or ()),
         )
-        key = None if self._kept is None else self._kept.key(request)
-        if self._kept is not None and key is not None:
-            found = self._kept.find(key, parts)
+        keys = None if self._kept is None else self._kept.keys(request)
+        if self._kept is not None and keys is not None:
+            found = self._kept.find(keys, parts)
             if found is not None:
                 return found.value
         try:
-            answer, texts = self._process.ask(request, (self.specification, self.model), left)
+            overwork = 1 if self._lost else OVERWORK
+            answer, texts = self._process.ask(request, (self.specification, self.model), left, overwork)
+        except LostCount as lost:
+            self._lost += 1
+            return Unanswered(str(lost))
         except SolverGone as gone:
             return Unanswered(str(gone))
         if settings.smtlib is not None and texts:
             settings.smtlib.extend(texts)
-        if self._kept is not None and key is not None and answer is not None:
-            self._kept.keep(key, answer, parts)
+        if self._kept is not None and keys is not None and answer is not None:
+            self._kept.keep(keys, answer, parts)
         return answer
 
     def _left(self) -> float | None:
         """The time that a user's limits leave for a question; None: there are none."""
-        limits = [] if self.settings.limit is None else [self.settings.limit]
+        limits = []
+        if self.settings.limit is not None:
+            limits.append(self.settings.limit - (0 if self._begun is None else self._clock() - self._begun))
         if self.settings.deadline is not None:
             limits.append(self.settings.deadline - self._clock())
         return min(limits, default=None)

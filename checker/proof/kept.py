@@ -1,8 +1,9 @@
 """Answers of the solver that are kept from run to run, in the user's cache.
 
-An answer is named after everything that it depends on: the question, what of the specification it can speak of, how
-hard the solver was to try, and the versions of the solver and of this program. Places in the text are no part of it,
-so a moved class has its answers still. Only what the solver itself came to is kept, never that it was ended.
+An answer is named after everything that it depends on: the question, what of the specification it can speak of, the
+versions of the solver and of this program, and how hard the solver was to try, unless it has proved something, which
+holds for good. Places in the text are no part of it, so a moved class has its answers still. Only what the solver
+itself came to is kept, never that it was ended.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from cspcheck.checker.proof.channel import ForeignValue, Sources, TooDeep, packed, unpacked
-from cspcheck.checker.proof.question import Constraint, Found, Request
+from cspcheck.checker.proof.question import Constraint, Found, Impossible, Request
 from cspcheck.cspm.caches import cache_folder, seal, store, unsealed, usable
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.recursion import deep_recursion
@@ -42,20 +43,27 @@ class KeptAnswers:
         self._subject = (specification, model)
         self._digest: str | None = None
 
-    def key(self, request: Request) -> str | None:
-        """The name of the answer to a request; None where nothing can be kept."""
+    def keys(self, request: Request) -> tuple[str, str] | None:
+        """The names of the answer to a request: of one that holds for good, and of one that more work might change.
+
+        None where nothing can be kept.
+        """
         if _folder() is None:
             return None
         if self._digest is None:
             self._digest = _digest(self._subject)
-        asked = (request.verb, request.what, request.seconds, request.scopes, request.seed)
-        return _digest((_versions(), self._digest, asked))
+        asked = (request.verb, request.what, request.scopes, request.seed)
+        key = _digest((_versions(), self._digest, asked))
+        return key, _digest((key, request.seconds))
 
-    def find(self, key: str, parts: tuple[Constraint, ...]) -> Kept | None:
-        """The answer with a name. What it says of the parts of the question is said of *parts*."""
+    def find(self, keys: tuple[str, str], parts: tuple[Constraint, ...]) -> Kept | None:
+        """The answer with one of the names. What it says of the parts of the question is said of *parts*."""
+        return self._found(keys[0], parts) or self._found(keys[1], parts)
+
+    def _found(self, key: str, parts: tuple[Constraint, ...]) -> Kept | None:
         folder = _folder()
         path = None if folder is None else _path(folder, key)
-        content = None if path is None else unsealed(path)
+        content = None if path is None else unsealed(path, folder)
         if content is None or path is None:
             return None
         try:
@@ -66,8 +74,10 @@ class KeptAnswers:
             os.utime(path)
         return Kept(_placed(answer, parts))
 
-    def keep(self, key: str, answer: Any, parts: tuple[Constraint, ...]) -> None:
+    def keep(self, keys: tuple[str, str], answer: Any, parts: tuple[Constraint, ...]) -> None:
         """Keep an answer under its name."""
+        # With more work other values may be found, and those are shown.
+        key = keys[0] if isinstance(answer, Impossible) else keys[1]
         folder = _folder()
         if folder is None:
             return

@@ -235,7 +235,7 @@ def discharge(
         if obligation.about == "class":
             prover.solver.name = f"{prover.model.name}-{obligation.name}".replace(" ", "-")
             prover.help = help_
-            for finding in obligation.check(prover, _report(prover, obligation), None):
+            for finding in prover.solver.one_after_another(obligation.check(prover, _report(prover, obligation), None)):
                 if operation is None or operation in (finding.operation, finding.detail.strip("`")):
                     yield finding
             continue
@@ -243,7 +243,9 @@ def discharge(
             if operation is None or each.name == operation:
                 prover.solver.name = f"{prover.model.name}-{obligation.name}-{each.name}".replace(" ", "-")
                 prover.help = help_.also(each.using)
-                for finding in obligation.check(prover, _report(prover, obligation), each):
+                for finding in prover.solver.one_after_another(
+                    obligation.check(prover, _report(prover, obligation), each)
+                ):
                     yield _with_vacuity(prover, obligation, each, finding)
 
 

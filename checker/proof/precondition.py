@@ -56,6 +56,7 @@ class Precondition:
 
 def precondition(prover: Prover, operation: Operation) -> Precondition:
     """The precondition of an operation (of the effect, where there is a guard beside it)."""
+    prover.solver.begin()
     situation = prover.situation
     unknowns, parts = situation.existential(operation)
     left, terms = eliminated(unknowns, prover.solver.definedness.holding(part.term for part in parts))

@@ -13,6 +13,7 @@ from cspcheck.checker.proof.client import SolverClient
 from cspcheck.checker.proof.defined import defined, with_domains, without_definitions
 from cspcheck.checker.proof.finding import Finding, Hypothesis, Severity, Status
 from cspcheck.checker.proof.finite import found_in_scope, is_small
+from cspcheck.checker.proof.functional import functional
 from cspcheck.checker.proof.induction import INDUCTION, Scheme, opened, schemes
 from cspcheck.checker.proof.lemmas import (
     Claim,
@@ -45,6 +46,7 @@ from cspcheck.checker.proof.question import (
 )
 from cspcheck.checker.proof.situation import Situation
 from cspcheck.checker.proof.terms import all_of, negation, substitute, variables, variables_of
+from cspcheck.checker.proof.witnesses import with_witnesses
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Term, Variable
 from cspcheck.cspm.oz.typing.uses import outermost
@@ -149,6 +151,8 @@ class Prover:
         if first and (self.help.using or self.help.induction) and self._tried(self._with_help, parts):
             return Impossible()
         if first and (self.claims or is_beyond(whole)) and self._tried(self._with_what_there_is, parts, 1):
+            return Impossible()
+        if first and self._tried(self._with_witnesses, whole):
             return Impossible()
         answer = self._solved(Question(whole, variables))
         if isinstance(answer, NotUpTo | Unanswered):
@@ -344,7 +348,7 @@ class Prover:
     def _total(self, parts: Iterable[Constraint]) -> list[Constraint]:
         """The parts as conjuncts that are defined everywhere."""
         holding = self.solver.definedness.holding
-        return [replace(p, term=t) for p in parts for t in ((p.term,) if p.total else holding([p.term]))]
+        return [replace(p, term=functional(t)) for p in parts for t in ((p.term,) if p.total else holding([p.term]))]
 
     def _by_cases(self, parts: tuple[Constraint, ...], shown: tuple[Variable, ...]) -> Answer | None:
         """The question for each case of a disjunction or conditional by itself; None where that does not decide it."""
@@ -371,9 +375,14 @@ class Prover:
                 return None
         return Impossible()
 
+    def _with_witnesses(self, parts: tuple[Constraint, ...]) -> bool:
+        """Whether nothing satisfies the parts because something exists that is said item by item."""
+        total = tuple(replace(part, total=True) for part in self._total(parts))
+        made = with_witnesses(total, self.solver.definedness)
+        return made is not None and isinstance(self._solved(Question(made, proof=0.2)), Impossible)
+
     def _late(self) -> bool:
-        deadline = self.solver.settings.deadline
-        return deadline is not None and self.clock() >= deadline
+        return self.solver.is_late
 
     def fails(self, goal: Term) -> Constraint:
         """That a predicate is false or undefined."""

@@ -150,7 +150,7 @@ class SolverSettings:
     Attributes:
         seconds: of the solver's work for one question, the bounded searches included. What the solver does in a second
             is a fixed number of its steps: on an ordinary machine that is a second or two, on a busy one more.
-        limit: the seconds that have passed when a question is given up in any case; None: there is no such limit.
+        limit: the seconds that have passed when an obligation is given up in any case; None: there is no such limit.
         scopes: the sizes that are tried when the whole question is not answered.
         seed: of the solver.
         deadline: when to stop altogether, on the solver's clock; None: never.

@@ -10,6 +10,7 @@ import z3
 from cspcheck.checker.proof.definedness import Definedness
 from cspcheck.checker.proof.descriptions import extremes_exist, plain
 from cspcheck.checker.proof.encode import Encoder
+from cspcheck.checker.proof.functional import functional
 from cspcheck.checker.proof.one_point import eliminated, simplified, taken_apart
 from cspcheck.checker.proof.question import (
     CLAIM,
@@ -138,7 +139,7 @@ class Solver:
         for part in parts:
             # Simplification drops what makes no difference to the truth, undefined terms included: it comes second.
             for term in (part.term,) if part.total else self.definedness.holding([part.term]):
-                terms.append(taken_apart(plain(simplified(term)), _result))
+                terms.append(taken_apart(plain(simplified(functional(term))), _result))
         terms += [plain(lemma) for term in list(terms) for lemma in extremes_exist(term)]
         if solve:
             results = [Unknown(v, universe(v.type)) for v in variables_of(terms).values() if _result(v)]

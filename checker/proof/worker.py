@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import os
 import sys
+import threading
+import time
 import traceback
 from typing import Any
 
@@ -14,9 +16,18 @@ from cspcheck.checker.proof.channel import ForeignValue, Sources, TooDeep, frame
 from cspcheck.checker.proof.question import Failed, Request, SolverSettings
 from cspcheck.cspm.recursion import deep_recursion
 
+LOOK = 1.0
+"""Seconds between two looks at whether there is still somebody who asks."""
 
-def serve() -> None:
-    """Answer the requests on standard input."""
+
+def serve(parent: int | None = None) -> None:
+    """Answer the requests on standard input.
+
+    Args:
+        parent: the process that asks.
+    """
+    if parent is not None:
+        leave_with(parent)
     # What a library prints must not get between the answers.
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
@@ -38,6 +49,20 @@ def serve() -> None:
             reply = packed(Failed(f"the question cannot be read: {foreign}"), sources)
         answers.write(framed(reply))
         answers.flush()
+
+
+def leave_with(parent: int) -> None:
+    """End this process when its parent has ended, whatever it is at.
+
+    Who was killed cannot end us, and that there are no more requests is not seen while the solver works on one.
+    """
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(LOOK)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True, name="parent").start()
 
 
 def _answered(request: Request, known: dict[int, Any]) -> Any:

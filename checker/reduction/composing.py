@@ -38,6 +38,8 @@ KEPT_STATES = 1_000
 """A composed component with more states than this is kept only if minimising has made it a good deal smaller."""
 DIAMONDS = 300
 """Machines with more states than this are left as delay bisimulation has them."""
+ALIKE = 5_000
+"""Pairs of states past which two that do not act together are not composed."""
 MANY = 6
 """Of a rule with more participants than this only neighbours are composed."""
 
@@ -67,7 +69,7 @@ class ComposedPart:
         number: tells it from all others.
         lts: its machine, minimised. 0 is tau, 1 is tick; other labels mean what the rules say.
         slot: the component of the network, for a single one.
-        labels: for a single one, the label in the network's slot that each label stands for: (label, slot's label).
+        labels: for a single one, the labels in the network's slot that each label stands for: (label, slot's label).
         pair: the two parts that a composed one is made of.
         joints: how these act together.
     """
@@ -156,6 +158,8 @@ class _Work:
         self._minimised: dict[tuple[bytes, bytes, bytes], Lts] = {}
         self._products: dict[tuple[int, int, tuple[Joint, ...]], tuple[Lts, int]] = {}
         self._next = len(self.network.slots) + len(self.network.rules)
+        # For each event that parts show without others: these parts, and by how many rules.
+        self.alone: dict[int, dict[int, int]] = {}
         labels = self._labels()
         by_key: dict[tuple[int, tuple[tuple[int, int], ...]], int] = {}
         for rule in self.network.rules:
@@ -164,15 +168,18 @@ class _Work:
                 continue
             moves = tuple((slot, labels[slot][label]) for slot, label in rule.moves)
             by_key.setdefault((result, moves), len(by_key))
-        self.rules = {number: _Live(result, dict(moves)) for (result, moves), number in by_key.items()}
         self.rules_of = {part: set() for part in range(len(self.network.slots))}
-        for number, live in self.rules.items():
-            for part in live.moves:
-                self.rules_of[part].add(number)
+        for (result, moves), number in by_key.items():
+            self._add(number, _Live(result, dict(moves)))
         for part, slot in enumerate(self.network.slots):
-            lts = reachable(relabelled(replace(slot.lts, root=self._initial(part)), labels[part]))
-            names = tuple((new, old) for old, new in labels[part].items())
-            self.parts[part] = ComposedPart(part, self._minimal(lts), slot=part, labels=names)
+            joints, meanings = _joints(self._meanings(part))
+            self._replace(self.rules_of[part], part, meanings)
+            # Several labels of the slot may be one of the part: the same becomes of them.
+            names = {joint.left: joint.label for joint in joints}
+            made = {old: names[label] for old, label in labels[part].items() if label in names}
+            lts = reachable(relabelled(replace(slot.lts, root=self._initial(part)), made))
+            own = tuple((label, old) for old, label in made.items())
+            self.parts[part] = ComposedPart(part, self._minimal(lts), slot=part, labels=own)
 
     def _initial(self, slot: int) -> int:
         return dict(self.network.initial).get(slot, 0)
@@ -193,40 +200,49 @@ class _Work:
         ]
 
     def run(self, poll: Callable[[], None]) -> None:
-        """Compose pairs, those first that make the fewest states, until none is worth it."""
+        """Compose pairs, those first that make the fewest states, until none is worth it.
+
+        Those that act together come first. Then those that only look alike: of equal components side by side it
+        matters how many are where, not which.
+        """
         waiting: list[tuple[float, int, int]] = []
+        later: list[tuple[float, int, int]] = []
         tried: set[tuple[int, int]] = set()
 
-        def offer(pairs: Iterable[tuple[int, int]]) -> None:
+        def offer(pairs: Iterable[tuple[int, int]], where: list[tuple[float, int, int]]) -> None:
             for one, other in pairs:
                 pair = (min(one, other), max(one, other))
                 if pair not in tried:
                     tried.add(pair)
-                    heapq.heappush(waiting, (self._cost(*pair), *pair))
+                    heapq.heappush(where, (self._cost(*pair), *pair))
 
         for rule in self.rules.values():
-            offer(_neighbours(rule.moves))
-        while waiting:
-            _, one, other = heapq.heappop(waiting)
+            offer(_neighbours(rule.moves), waiting)
+        for parts in self.alone.values():
+            offer(_neighbours(parts), later)
+        while waiting or later:
+            most, (_, one, other) = (self.most, heapq.heappop(waiting)) if waiting else (ALIKE, heapq.heappop(later))
             if one not in self.parts or other not in self.parts:
                 continue
-            if self._size(one, other) > self.most:
+            if self._size(one, other) > min(most, self.most):
                 continue
             if self.transitions > MOST_WORK:
                 break
             poll()
             number = self._compose(self.parts[one], self.parts[other])
             if number is not None:
-                offer(
-                    pair
-                    for rule in self.rules_of[number]
-                    for pair in _neighbours(self.rules[rule].moves)
-                    if number in pair
-                )
+                rules = [self.rules[rule] for rule in self.rules_of[number]]
+                offer((pair for rule in rules for pair in _neighbours(rule.moves) if number in pair), waiting)
+                alike = [self.alone[event] for event in {rule.result for rule in rules} if event in self.alone]
+                offer((pair for parts in alike for pair in _neighbours(parts) if number in pair), later)
 
     def _cost(self, one: int, other: int) -> float:
         """How late a pair is composed; without ties by its size."""
-        return self._size(one, other) / (len(self.rules_of[one] & self.rules_of[other]) if self.by_ties else 1)
+        return self._size(one, other) / (max(1, len(self._shared(one, other))) if self.by_ties else 1)
+
+    def _shared(self, one: int, other: int) -> set[int]:
+        """The rules that two parts take part in together."""
+        return self.rules_of[one] & self.rules_of[other]
 
     def _size(self, one: int, other: int) -> int:
         return self.parts[one].lts.states * self.parts[other].lts.states
@@ -234,37 +250,61 @@ class _Work:
     def _compose(self, one: ComposedPart, other: ComposedPart) -> int | None:
         """Put a pair in the place of two parts; None if that is not worth while."""
         concerned = self.rules_of[one.number] | self.rules_of[other.number]
-        meanings: dict[tuple[int | None, int | None], set[tuple[int, tuple[tuple[int, int], ...]]]] = {}
-        for rule in map(self.rules.__getitem__, concerned):
-            rest = tuple(sorted((p, label) for p, label in rule.moves.items() if p not in (one.number, other.number)))
-            key = (rule.moves.get(one.number), rule.moves.get(other.number))
-            meanings.setdefault(key, set()).add((rule.result, rest))
-        joints, labels = _joints(meanings)
+        joints, labels = _joints(self._meanings(one.number, other.number))
         made = self._product(one, other, joints)
         if made is None:
             return None
         lts, before = made
         if lts.states > KEPT_STATES and 2 * lts.states > before:
             return None
+        if not self._shared(one.number, other.number) and 4 * lts.states > 3 * before:
+            return None  # two equal states of two equal components, the least of this kind, make three states of four
         number = self._next
         self._next += 1
         self.parts[number] = ComposedPart(number, lts, pair=(one, other), joints=joints)
         self.rules_of[number] = set()
-        for rule_number in concerned:
-            for part in self.rules.pop(rule_number).moves:
-                self.rules_of[part].discard(rule_number)
         del self.parts[one.number], self.parts[other.number]
         performed = set(lts.alphabet())
-        for meaning, label in labels.items():
-            if label not in performed:
-                continue
-            for result, rest in meaning:
-                added = self._next
-                self._next += 1
-                self.rules[added] = _Live(result, {number: label, **dict(rest)})
-                for part in self.rules[added].moves:
-                    self.rules_of[part].add(added)
+        kept = {meaning: label for meaning, label in labels.items() if label in performed}
+        self._replace(concerned, number, kept)
         return number
+
+    def _meanings(self, one: int, other: int | None = None) -> Meanings:
+        """What becomes of what one or two parts perform."""
+        meanings: Meanings = {}
+        for number in self.rules_of[one] | (set() if other is None else self.rules_of[other]):
+            rule = self.rules[number]
+            rest = tuple(sorted((p, label) for p, label in rule.moves.items() if p not in (one, other)))
+            key = (rule.moves.get(one), None if other is None else rule.moves.get(other))
+            meanings.setdefault(key, set()).add((rule.result, rest))
+        return meanings
+
+    def _replace(self, concerned: Collection[int], part: int, labels: dict[Meaning, int]) -> None:
+        """Have rules for the labels of a part in the place of others."""
+        for number in list(concerned):
+            self._remove(number)
+        for meaning, label in labels.items():
+            for result, rest in sorted(meaning):
+                self._add(self._next, _Live(result, {part: label, **dict(rest)}))
+                self._next += 1
+
+    def _add(self, number: int, rule: _Live) -> None:
+        self.rules[number] = rule
+        for part in rule.moves:
+            self.rules_of[part].add(number)
+            if len(rule.moves) == 1 and rule.result not in (TAU, TICK):
+                showing = self.alone.setdefault(rule.result, {})
+                showing[part] = showing.get(part, 0) + 1
+
+    def _remove(self, number: int) -> None:
+        rule = self.rules.pop(number)
+        for part in rule.moves:
+            self.rules_of[part].discard(number)
+            if len(rule.moves) == 1 and rule.result not in (TAU, TICK):
+                showing = self.alone[rule.result]
+                showing[part] -= 1
+                if not showing[part]:
+                    del showing[part]
 
     def _product(self, one: ComposedPart, other: ComposedPart, joints: tuple[Joint, ...]) -> tuple[Lts, int] | None:
         """The minimised machine of a pair, and how many states it had before."""
@@ -308,7 +348,7 @@ class _Work:
         return ComposedNetwork(network, tuple(self.parts[n] for n in order), self.states, self.transitions)
 
 
-def _neighbours(moves: Moves) -> Iterable[tuple[int, int]]:
+def _neighbours(moves: Collection[int]) -> Iterable[tuple[int, int]]:
     parts = sorted(moves)
     if len(parts) > MANY:
         return list(pairwise(parts))
@@ -319,9 +359,11 @@ Meaning = frozenset[tuple[int, tuple[tuple[int, int], ...]]]
 """What becomes of a label: results of the whole, each with what other parts must perform for it."""
 
 
-def _joints(
-    meanings: dict[tuple[int | None, int | None], set[tuple[int, tuple[tuple[int, int], ...]]]],
-) -> tuple[tuple[Joint, ...], dict[Meaning, int]]:
+Meanings = dict[tuple[int | None, int | None], set[tuple[int, tuple[tuple[int, int], ...]]]]
+"""What becomes of what two parts perform, either of them or both."""
+
+
+def _joints(meanings: Meanings) -> tuple[tuple[Joint, ...], dict[Meaning, int]]:
     """Labels for the ways in which two parts act; ways with the same meaning have the same label."""
     labels: dict[Meaning, int] = {}
     joints = []

@@ -15,6 +15,7 @@ from cspcheck.checker.arrays import BoolArray, Int64Array, among, distinct
 from cspcheck.checker.search.exploration import Exploration
 from cspcheck.checker.search.walk import CHUNK, Transitions, Walk, backwards
 from cspcheck.checker.sparse_rows import gather_rows
+from cspcheck.cspm.interruption import during
 from cspcheck.cspm.process.events import TAU
 
 _FAR = np.iinfo(np.int64).max
@@ -49,7 +50,11 @@ def shortest_path(exploration: Exploration, goals: Int64Array, ranks: Int64Array
         goals: at least one index into ``exploration.states``.
         ranks: aligned with *goals*; all equal if None.
     """
-    walk = exploration.walk
+    with during("looking for the shortest way to what was found"):
+        return _shortest_path(exploration.walk, goals, ranks)
+
+
+def _shortest_path(walk: Walk, goals: Int64Array, ranks: Int64Array | None) -> tuple[PathStep, ...]:
     goals = np.asarray(goals, dtype=np.int64)
     ranks = np.zeros(len(goals), dtype=np.int64) if ranks is None else ranks
     levels = walk.level_of(goals)

@@ -28,7 +28,7 @@ from cspcheck.codegen.design.expressions import (
 from cspcheck.codegen.design.naming import safe
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.oz import core
-from cspcheck.cspm.oz.values.solving import Instead, isolated
+from cspcheck.cspm.oz.values.isolating import Instead, isolated
 from cspcheck.cspm.oz.values.terms import show_term
 from cspcheck.cspm.source import Span
 
@@ -403,6 +403,8 @@ def _private(term: core.Term) -> bool:
     """Whether a term uses an operator that only the evaluator knows."""
     if isinstance(term, core.Apply) and term.operator in ("%rank", "%argument"):
         return True
+    if isinstance(term, core.Apply) and term.operator in ("%drop", "%drop_last"):
+        return not isinstance(term.operands[1], core.Constant)  # programs take a fixed number of items off
     return any(_private(part) for part in core.parts(term))
 
 

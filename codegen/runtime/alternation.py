@@ -8,14 +8,17 @@ receive that was begun and then cancelled would have lost its message.
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import islice, product
+from operator import attrgetter
 from random import Random
 from typing import Any, NamedTuple, Protocol
 
 from .channel import ANY, Channel, Group, Offer, OneOf, Values
 from .data import LARGEST
+
+Parts = tuple[tuple[str, int], ...]
+"""The tasks that perform an event, each with the position of its offer."""
 
 
 class Choice(NamedTuple):
@@ -25,202 +28,261 @@ class Choice(NamedTuple):
     values: Values
 
 
-class Commit(NamedTuple):
-    """A possible event: the tasks that perform it, each with the position of its offer, and the possible values.
+class Turn:
+    """When some tasks performed some event together last; what policies may go by. It is theirs to write."""
 
-    ``candidates`` has more than one entry only where no offer gives a value: then somebody has to choose.
+    __slots__ = ("last",)
+
+    def __init__(self) -> None:
+        self.last = 0
+
+
+class Commit:
+    """A possible event: the tasks that perform it in the order of their names, each with the position of its offer, and
+    the possible values.
+
+    ``candidates`` has more than one entry only where no offer gives a value: then somebody has to choose. ``own`` says
+    whether it is a method of the only task, which gives the values when it has been called.
     """
 
-    channel: Channel
-    parts: tuple[tuple[str, int], ...]
-    candidates: Sequence[Values]
+    __slots__ = ("candidates", "channel", "own", "parts", "tasks", "turn")
+
+    def __init__(
+        self, channel: Channel, parts: Parts, candidates: Sequence[Values], turn: Turn, own: bool = False
+    ) -> None:
+        self.channel = channel
+        self.parts = parts
+        self.candidates = candidates
+        self.turn = turn
+        self.own = own
+        self.tasks: tuple[str, ...] = tuple([task for task, _ in parts])
 
 
 class NobodyDecides(Exception):
     """All offers take any value of a field, and its values cannot be listed."""
 
 
-class _Met(NamedTuple):
-    """The events in which two offers meet, each by its position in its selection."""
+class _Entry:
+    """An offer on the board, and the events in which it met offers of other tasks that are made again and again."""
 
-    first: Offer
-    second: Offer
-    positions: tuple[int, int]
-    commits: Sequence[Commit]
-    """With the first task of the channel first."""
-    other_way: Sequence[Commit]
-    """With the second one first."""
+    __slots__ = ("index", "met", "offer")
+
+    def __init__(self, index: int, offer: Offer) -> None:
+        self.index = index
+        self.offer = offer
+        self.met: dict[tuple[str, int, Offer], Commit | None] = {}
+
+
+PLANS = 256
+"""So many selections of a task, and meetings of an offer, are kept."""
+_Entries = dict[str, list[_Entry]]
+
+
+class Plan:
+    """A selection of a task, with what has to be known of it again and again."""
+
+    __slots__ = ("entries", "later", "offers", "rows", "task")
+
+    def __init__(self, task: str, offers: Sequence[Offer | None], on: dict[Channel, _Entries]) -> None:
+        self.task = task
+        self.offers = offers
+        self.rows: list[tuple[int, Offer, _Entries, tuple[str, ...] | None, tuple[str, int, Offer]]] = []
+        """Of each offer its position, who waits on its channel, and whom the task meets there one at a time."""
+        found: dict[Channel, list[_Entry]] = {}
+        for i, offer in enumerate(offers):
+            if offer is not None:
+                found.setdefault(offer.channel, []).append(_Entry(i, offer))
+                others = None if offer.body is not None else offer.channel.pairs.get(task)
+                self.rows.append((i, offer, on.setdefault(offer.channel, {}), others, (task, i, offer)))
+        self.entries = [(on[channel], entries) for channel, entries in found.items()]
+        self.later = [offer.after for offer in offers if offer is not None and offer.after is not None]
+        """The times from which some of the offers stand."""
 
 
 class Board:
-    """What the waiting tasks offer. Not safe for concurrent use: the caller has the lock."""
+    """What the waiting tasks offer. Not safe for concurrent use: the caller has the lock, but for :meth:`plan`.
 
-    def __init__(self) -> None:
-        self.waiting: dict[str, Sequence[Offer | None]] = {}
-        self._plans: dict[str, tuple[Sequence[Offer | None], list[tuple[Channel, list[int]]]]] = {}
-        """The last selection of each task, and where its offers are in it: most tasks make the same again and again."""
-        self._met: dict[Channel, _Met] = {}
-        """What was found on channels of two tasks: it holds whenever both make the same offers again."""
-        self._on: dict[Channel, dict[str, list[int]]] = {}
-        self._known: dict[Channel, list[Commit]] = {}
-        """The possible events of channels on which nothing has changed since they were looked for."""
+    Args:
+        keeps: whether the possible events are kept as tasks come and go, for :meth:`possible`; otherwise they are
+            only looked for with :meth:`commits_of`.
+    """
 
-    def add(self, task: str, offers: Sequence[Offer | None]) -> None:
-        """A task waits for one of its *offers*; None among them stands for one whose guard is false."""
-        self.waiting[task] = offers
-        on, known = self._on, self._known
-        for channel, positions in self._plan(task, offers):
-            known.pop(channel, None)
-            if channel in on:
-                on[channel][task] = positions
-            else:
-                on[channel] = {task: positions}
+    def __init__(self, *, keeps: bool = False) -> None:
+        self._keeps = keeps
+        self._waiting: dict[str, Plan] = {}
+        self._plans: dict[str, dict[Sequence[Offer | None], Plan]] = {}
+        """The selections that a task makes again and again."""
+        self._on: dict[Channel, _Entries] = {}
+        self._possible: dict[Commit, None] = {}
+        self._turns: dict[Parts, Turn] = {}
+        self.ranked = False
+        """Whether a channel has been seen whose events come after others."""
+        self._later: dict[str, float] = {}
+        """For each task with offers that do not stand yet when the next of them does."""
 
-    def remove(self, task: str) -> None:
-        """A task waits no longer."""
-        on, known = self._on, self._known
-        for channel, _ in self._plan(task, self.waiting.pop(task)):
-            known.pop(channel, None)
-            on[channel].pop(task, None)
+    @property
+    def waiting(self) -> dict[str, Sequence[Offer | None]]:
+        """The tasks that wait, each with its selection."""
+        return {task: plan.offers for task, plan in self._waiting.items()}
 
-    def _plan(self, task: str, offers: Sequence[Offer | None]) -> list[tuple[Channel, list[int]]]:
-        """The channels of a selection, each with the positions of its offers."""
-        last = self._plans.get(task)
-        if last is not None and last[0] == offers:  # offers are the same if they are one object
-            return last[1]
-        positions: dict[Channel, list[int]] = {}
-        for i, offer in enumerate(offers):
+    def __contains__(self, task: str) -> bool:
+        return task in self._waiting
+
+    def __len__(self) -> int:
+        return len(self._waiting)
+
+    def plan(self, task: str, offers: tuple[Offer | None, ...]) -> Plan:
+        """What a task is to wait for, or to ask for. Called by one thread at a time for each task.
+
+        Raises:
+            OutOfRange, WrongOffer: an offer is wrong.
+        """
+        plans = self._plans.get(task)
+        if plans is None:
+            plans = self._plans[task] = {}
+        plan = plans.get(offers)
+        if plan is not None:
+            return plan
+        for offer in offers:
             if offer is not None:
-                positions.setdefault(offer.channel, []).append(i)
-        found = list(positions.items())
-        self._plans[task] = offers, found
-        return found
+                offer.check(task)
+                if offer.channel.rank is not None:
+                    self.ranked = True
+        plan = Plan(task, offers, self._on)
+        if len(plans) < PLANS and all(offer is None or offer.kept for offer in offers):
+            plans[offers] = plan
+        return plan
 
-    def commits_of(self, task: str, now: float) -> list[Commit]:
-        """The events that are possible at time *now* with this task taking part, in the order of its offers."""
+    def planned(self, task: str) -> Plan:
+        """What a task waits for."""
+        return self._waiting[task]
+
+    def add(self, plan: Plan, now: float) -> None:
+        """A task waits from *now* on."""
+        task = plan.task
+        self._waiting[task] = plan
+        for on, entries in plan.entries:
+            on[task] = entries
+        if self._keeps:
+            self._keep(plan, now)
+
+    def remove(self, tasks: Sequence[str]) -> None:
+        """Some tasks wait no longer."""
+        for task in tasks:
+            for on, _ in self._waiting.pop(task).entries:
+                del on[task]
+        if self._keeps:
+            self._forget(tasks)
+            if self._later:
+                for task in tasks:
+                    self._later.pop(task, None)
+
+    def _forget(self, tasks: Sequence[str]) -> None:
+        """What was possible with some tasks is not known any more."""
+        if len(self._possible) == 1:
+            (only,) = self._possible
+            if only.tasks == tasks:
+                self._possible.clear()
+                return
+        gone = frozenset(tasks)
+        self._possible = {commit: None for commit in self._possible if gone.isdisjoint(commit.tasks)}
+
+    def commits_of(self, plan: Plan, now: float) -> list[Commit]:
+        """The events that are possible at time *now* with a task and one of its offers, in the order of its offers.
+
+        It need not have been added.
+        """
         found: list[Commit] = []
-        for i, offer in enumerate(self.waiting[task]):
-            if offer is None or (offer.after is not None and offer.after > now):
+        for i, offer, on, others, key in plan.rows:
+            if offer.after is not None and offer.after > now:
                 continue
-            channel = offer.channel
-            on = self._on[channel]
-            if channel.two is not None and len(on) == 2 and task in channel.two:
-                found += self._between_two(channel, on, task, i, now)
+            if others is None:
+                found += self._alone_or_with_several(plan.task, i, offer, now)
                 continue
-            for group, others in channel.partners[task]:
-                if all(other in on for other in others):
-                    found.extend(self._meetings(channel, group, task, i, others, now))
+            for other in others:
+                if other in on:
+                    for entry in on[other]:
+                        if key in entry.met:
+                            commit = entry.met[key]
+                        else:
+                            commit = self._meeting(plan.task, i, offer, other, entry, now)
+                        if commit is not None:
+                            found.append(commit)
         return found
 
-    def commits(self, now: float) -> list[Commit]:
-        """All events that are possible at time *now*."""
-        found: list[Commit] = []
-        for channel, on in self._on.items():
-            if channel.two is not None and len(on) == 2:
-                met = self._meeting_again(channel, on)
-                if met is not None:
-                    found += met.commits
-                    continue
-            if on:
-                known = self._known.get(channel)
-                if known is None:
-                    known = self._on_channel(channel, on, now)
-                    if not self._awaited(channel, on, now):
-                        self._known[channel] = known
-                found += known
-        return found
+    def _alone_or_with_several(self, task: str, index: int, offer: Offer, now: float) -> Iterator[Commit]:
+        on = self._on[offer.channel]
+        for group, others in offer.channel.partners[task]:
+            if others and offer.body is not None:
+                continue  # a method is performed alone
+            if all(other in on for other in others):
+                yield from self._meetings(group, task, index, offer, others, now)
 
-    def _on_channel(self, channel: Channel, on: Mapping[str, Sequence[int]], now: float) -> list[Commit]:
-        """The possible events of one channel."""
-        found: list[Commit] = []
-        for group in channel.groups:
-            if all(task in on for task in group):
-                first, *others = sorted(group)
-                for i in on[first]:
-                    offer = self.waiting[first][i]
-                    assert offer is not None
-                    if offer.after is None or offer.after <= now:
-                        found.extend(self._meetings(channel, group, first, i, others, now))
-        return found
+    def possible(self, now: float) -> list[Commit]:
+        """All events that are possible at time *now*, those first that have been possible the longest."""
+        if self._later:
+            for task, when in list(self._later.items()):
+                if when <= now:
+                    self._forget((task,))
+                    self._keep(self._waiting[task], now)
+        return list(self._possible)
 
-    def _between_two(
-        self, channel: Channel, on: Mapping[str, Sequence[int]], task: str, index: int, now: float
-    ) -> Sequence[Commit]:
-        """The possible events of a channel of two tasks, both of which offer some, with one offer of one of them."""
-        assert channel.two is not None
-        met = self._meeting_again(channel, on)
-        first, second = channel.two
-        if met is not None:
-            return met.commits if task == first else met.other_way
-        return list(self._meetings(channel, channel.groups[0], task, index, (second if task == first else first,), now))
-
-    def _meeting_again(self, channel: Channel, on: Mapping[str, Sequence[int]]) -> _Met | None:
-        """The possible events of a channel of two tasks, if each has one offer on it and both stand always."""
-        assert channel.two is not None
-        first, second = channel.two
-        if first not in on or second not in on:
-            return None
-        ours, theirs = on[first], on[second]
-        if len(ours) != 1 or len(theirs) != 1:
-            return None
-        mine, other = self.waiting[first][ours[0]], self.waiting[second][theirs[0]]
-        assert mine is not None
-        assert other is not None
-        if mine.after is not None or other.after is not None:
-            return None
-        met = self._met.get(channel)
-        if met is not None and met.first is mine and met.second is other and met.positions == (ours[0], theirs[0]):
-            return met
-        if mine.accept is not None or mine.body is not None or other.accept is not None or other.body is not None:
-            return None
-        candidates = agreed(channel, channel.groups[0], (mine, other))
-        one, two = (first, ours[0]), (second, theirs[0])
-        commits = (Commit(channel, (one, two), candidates),) if candidates else ()
-        other_way = (Commit(channel, (two, one), candidates),) if candidates else ()
-        met = self._met[channel] = _Met(mine, other, (ours[0], theirs[0]), commits, other_way)
-        return met
-
-    def _awaited(self, channel: Channel, on: Mapping[str, Sequence[int]], now: float) -> bool:
-        """Whether an offer on a channel does not stand yet."""
-        for task, indices in on.items():
-            for i in indices:
-                offer = self.waiting[task][i]
-                if offer is not None and offer.after is not None and offer.after > now:
-                    return True
-        return False
+    def _keep(self, plan: Plan, now: float) -> None:
+        """Look at what is possible now with a task that waits."""
+        for commit in self.commits_of(plan, now):
+            self._possible[commit] = None
+        if plan.later:
+            later = [time for time in plan.later if time > now]
+            if later:
+                self._later[plan.task] = min(later)
+            else:
+                self._later.pop(plan.task, None)
 
     def next_time(self, now: float) -> float | None:
         """When the next offer begins to stand that does not stand yet; None if there is none."""
-        times = [
-            offer.after
-            for offers in self.waiting.values()
-            for offer in offers
-            if offer is not None and offer.after is not None and offer.after > now
-        ]
-        return min(times, default=None)
+        return min([time for plan in self._waiting.values() for time in plan.later if time > now], default=None)
 
     def waits_on(self, task: str, channel: Channel) -> bool:
         """Whether *task* has an offer on *channel*, whatever its values."""
         return task in self._on.get(channel, ())
 
+    def _meeting(self, task: str, index: int, mine: Offer, other: str, entry: _Entry, now: float) -> Commit | None:
+        """The possible event of an offer of a task and one on the board, if there is one."""
+        theirs = entry.offer
+        if theirs.body is not None or (theirs.after is not None and theirs.after > now):
+            return None
+        candidates = agreed(mine.channel, frozenset((task, other)), (mine, theirs))
+        commit: Commit | None = None
+        if candidates:
+            commit = self._commit(mine.channel, [(task, index), (other, entry.index)], candidates)
+        if mine.kept and theirs.kept and len(entry.met) < PLANS:
+            entry.met[task, index, mine] = commit
+        return commit
+
     def _meetings(
-        self, channel: Channel, group: Group, task: str, index: int, others: Sequence[str], now: float
+        self, group: Group, task: str, index: int, mine: Offer, others: Sequence[str], now: float
     ) -> Iterator[Commit]:
-        """The possible events of one group in which *task* takes part with one of its offers."""
-        on, waiting = self._on[channel], self.waiting
-        mine = waiting[task][index]
-        assert mine is not None
-        for indices in product(*[on[other] for other in others]):
-            offers = [mine]
-            for other, i in zip(others, indices, strict=True):
-                offer = waiting[other][i]
-                assert offer is not None
-                offers.append(offer)
-            if any(offer.after is not None and offer.after > now for offer in offers):
+        """The possible events of an offer of a task and of the offers that others have on the board."""
+        on = self._on[mine.channel]
+        for entries in product(*[on[other] for other in others]):
+            offers = [mine, *[entry.offer for entry in entries]]
+            if any(o.after is not None and o.after > now for o in offers) or any(
+                o.body is not None for o in offers[1:]
+            ):
                 continue
-            candidates = agreed(channel, group, offers)
+            candidates = agreed(mine.channel, group, offers)
             if candidates:
-                yield Commit(channel, ((task, index), *zip(others, indices, strict=True)), candidates)
+                parts = [(task, index), *[(o, entry.index) for o, entry in zip(others, entries, strict=True)]]
+                yield self._commit(mine.channel, parts, candidates, mine.body is not None)
+
+    def _commit(
+        self, channel: Channel, parts: list[tuple[str, int]], candidates: Sequence[Values], own: bool = False
+    ) -> Commit:
+        parts.sort()
+        key = tuple(parts)
+        if key not in self._turns:
+            self._turns[key] = Turn()
+        return Commit(channel, key, candidates, self._turns[key], own)
 
 
 def agreed(channel: Channel, group: Group, offers: Sequence[Offer]) -> Sequence[Values]:
@@ -240,11 +302,25 @@ def agreed(channel: Channel, group: Group, offers: Sequence[Offer]) -> Sequence[
             return (fields,) if agreed(channel, group, (Offer(channel, fields, accept),)) else ()
         except NobodyDecides:
             return (fields,)
+    if len(offers) == 1 and offers[0].plain and offers[0].accept is None and channel.by_event is None:
+        return (offers[0].fields,)
     if len(offers) == 2 and offers[0].accept is None and offers[1].accept is None and channel.by_event is None:
-        # Nearly always one of two offers gives all values, and the other takes any.
-        for row, open_ in ((offers[0].fields, offers[1]), (offers[1].fields, offers[0])):
-            if open_ is channel.open and not any(field is ANY or type(field) is OneOf for field in row):
-                return (row,)
+        # Nearly always one of two offers gives the value of each field, and the other takes any or gives the same.
+        one, two = offers
+        if two is channel.open and one.plain:
+            return (one.fields,)
+        if one is channel.open and two.plain:
+            return (two.fields,)
+        row: list[Any] = []
+        for mine, other in zip(one.fields, two.fields, strict=True):
+            value, wanted = (other, mine) if mine is ANY else (mine, other)
+            if value is ANY or type(value) is OneOf or type(wanted) is OneOf:
+                break
+            if wanted is not ANY and value != wanted:
+                return ()
+            row.append(value)
+        else:
+            return (tuple(row),)
     columns: list[Sequence[Any]] = []
     for i, declared in enumerate(channel.types):
         given: list[Any] = []
@@ -298,35 +374,34 @@ class Policy(Protocol):
         """An internal choice of *task*: a number below *ways*."""
 
 
-class Fair:
-    """The event of the most urgent task; among equals the one whose channel has been idle the longest.
+_last_turn = attrgetter("turn.last")
 
-    Values and internal choices are taken in turn. Nothing in it is random.
+
+class Fair:
+    """The event of the most urgent task; among equals the one that its tasks have performed least lately.
+
+    What two tasks do on two channels of one family, or with one another and with a third, are events of their own: none
+    of them starves. Values and internal choices are taken in turn. Nothing in it is random.
     """
 
     def __init__(self) -> None:
         self._turn = 0
-        self._used: dict[Channel, int] = {}
         self._turns: dict[object, int] = {}
+        self._level: dict[str, int] | None = None
+        """Priorities that are all the same."""
 
     def choose(self, commits: Sequence[Commit], priorities: dict[str, int]) -> Commit:
-        """By priority, then by how long ago the channel was used, then in the order given."""
-        used = self._used
-        if len(commits) == 1:
-            best = commits[0]
-        else:
-            best, urgency, turn = commits[0], -(sys.maxsize), 0
-            for commit in commits:  # min() with a key takes three times as long
-                own = used.get(commit.channel, -1)
-                first, *others = commit.parts
-                urgent = priorities[first[0]]
-                for task, _ in others:
-                    if priorities[task] > urgent:
-                        urgent = priorities[task]
-                if urgent > urgency or (urgent == urgency and own < turn):
-                    best, urgency, turn = commit, urgent, own
+        """By priority, then by how long ago these tasks did it, then in the order given."""
+        best = commits[0]
+        if len(commits) > 1:
+            if priorities is not self._level:
+                if len(set(priorities.values())) == 1:
+                    self._level = priorities
+                else:
+                    commits = _most_urgent(commits, priorities)
+            best = min(commits, key=_last_turn)
         self._turn += 1
-        used[best.channel] = self._turn
+        best.turn.last = self._turn
         return best
 
     def value(self, commit: Commit) -> Values:
@@ -343,12 +418,19 @@ class Fair:
         return turn
 
 
+def _most_urgent(commits: Sequence[Commit], priorities: dict[str, int]) -> list[Commit]:
+    """Those of the most urgent task."""
+    urgencies = [max([priorities[task] for task in commit.tasks]) for commit in commits]
+    most = max(urgencies)
+    return [commit for commit, urgency in zip(commits, urgencies, strict=True) if urgency == most]
+
+
 class InOrder(Fair):
     """The event of the most urgent task; among equals the one that is offered first: a priority choice."""
 
     def choose(self, commits: Sequence[Commit], priorities: dict[str, int]) -> Commit:
         """By priority, then in the order given."""
-        return min(commits, key=lambda c: -max(priorities[task] for task, _ in c.parts))
+        return _most_urgent(commits, priorities)[0]
 
 
 class Randomly:

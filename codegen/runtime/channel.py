@@ -59,6 +59,10 @@ UNDECIDED: Final[Never] = cast(Never, Undecided())
 """Instead of the values that a method is to give: the program's policy decides."""
 
 
+KEPT = 256
+"""So many offers of a channel are kept, to be made again: what they meet is known then."""
+
+
 class Channel:
     """A synchronous channel.
 
@@ -105,20 +109,23 @@ class Channel:
         }
         self.partners.update((task, ()) for task in never if task not in self.partners)
         """For each task the groups that it is in, with the others in them."""
-        self.two: tuple[str, ...] | None = None
-        """The two tasks that perform all its events together, in order; None if it is not so."""
-        if len(self.groups) == 1 and len(self.groups[0]) == 2:
-            self.two = self.tasks
-        self.open = Offer(self, (ANY,) * len(self.types))
+        self.pairs: dict[str, tuple[str, ...]] = {
+            task: tuple([others[0] for _, others in groups])
+            for task, groups in self.partners.items()
+            if all(len(others) == 1 for _, others in groups)
+        }
+        """For tasks that only meet one other at a time, who that may be."""
+        self._kept: dict[Values, Offer] = {}
+        self.open = Offer(self, (ANY,) * len(self.types), kept=True)
         """What :meth:`get` gives: not to be changed."""
 
     def put(self, *values: Any) -> Offer:
         """Offer the event with these values, and no other."""
-        return Offer(self, values)
+        return self._offer(values)
 
     def meet(self) -> Offer:
         """Offer the event of a channel without fields."""
-        return Offer(self, ())
+        return self._offer(())
 
     def get(self) -> Offer:
         """Offer all events of the channel: whatever values come."""
@@ -137,7 +144,7 @@ class Channel:
             accept: further condition on the values of all fields.
             after: from which time on (of the program's clock) the offer stands.
         """
-        return Offer(self, fields, accept, None, after)
+        return self._offer(fields) if accept is None and after is None else Offer(self, fields, accept, None, after)
 
     def own(self, body: Callable[..., Any], *fields: Any, after: float | None = None) -> Offer:
         """Offer an event that the task performs alone: a method.
@@ -146,6 +153,19 @@ class Channel:
         returns a value for the only one, or a tuple of values for several. The event is recorded after that.
         """
         return Offer(self, fields, None, body, after)
+
+    def _offer(self, fields: tuple[Any, ...]) -> Offer:
+        """The offer with these fields: the one that was made before, as long as there are few."""
+        try:
+            offer = self._kept.get(fields)
+        except TypeError:  # unhashable: no value of any type
+            return Offer(self, fields)
+        kinds = tuple(map(type, fields))  # 1 and True are two values, and equal
+        if offer is not None and tuple(map(type, offer.fields)) == kinds:
+            return offer
+        if offer is None and len(self._kept) < KEPT and _KEEPABLE.issuperset(kinds):
+            return self._kept.setdefault(fields, Offer(self, fields, kept=True))
+        return Offer(self, fields)
 
     def field_name(self, position: int) -> str:
         """What messages call a field, counted from 0."""
@@ -159,19 +179,27 @@ class Channel:
         return f"<channel {self.name}>"
 
 
+_KEEPABLE = frozenset((int, bool, str, _Open))
+"""The types of values that are the same wherever they are equal."""
+
+
 def _group(tasks: str | Iterable[str]) -> Group:
     return frozenset((tasks,)) if isinstance(tasks, str) else frozenset(tasks)
 
 
 @dataclass(slots=True, eq=False)
 class Offer:
-    """What a task is ready to do on a channel. Make with the methods of :class:`Channel`."""
+    """What a task is ready to do on a channel. Make with the methods of :class:`Channel`; not to be changed."""
 
     channel: Channel
     fields: tuple[Any, ...]
     accept: Callable[..., bool] | None = None
     body: Callable[..., Any] | None = None
     after: float | None = None
+    plain: bool = False
+    """Whether it is known that its fields are values, all of them."""
+    kept: bool = False
+    """Whether the same object is used again for the same offer."""
 
     def check(self, task: str) -> None:
         """Make sure that the values among the fields are of the channel's types.
@@ -181,15 +209,22 @@ class Offer:
             WrongOffer: the task is no party of the channel, or the number of fields is wrong.
         """
         channel = self.channel
-        if self is channel.open and task in channel.partners:
-            return
         if task not in channel.partners:
             raise WrongOffer(f"{task} takes no part in {channel.name}, which joins {', '.join(channel.tasks)}")
         if len(self.fields) != len(channel.types):
             raise WrongOffer(f"{channel.name} has {len(channel.types)} fields, {task} offers {len(self.fields)}")
-        for i, (declared, field) in enumerate(zip(channel.types, self.fields, strict=True)):
-            if field is not ANY and not isinstance(field, OneOf):
-                declared.check(field, task, channel.field_name(i))
+        plain = True
+        for i, declared in enumerate(channel.types):
+            value = self.fields[i]
+            if value is ANY or type(value) is OneOf:
+                plain = False
+            elif not declared.contains(value):
+                declared.check(value, task, channel.field_name(i))
+        self.plain = plain
+
+    def standing_from(self, time: float | None) -> Offer:
+        """The same offer, which stands from some time on."""
+        return Offer(self.channel, self.fields, self.accept, self.body, time)
 
     def groups(self) -> frozenset[Group] | None:
         """The groups that can perform the event, if the offer is of one event of a channel that lists them."""
@@ -201,13 +236,13 @@ class Offer:
     def text(self) -> str:
         """``c.3?``, for messages."""
         out = self.channel.name
-        for declared, field in zip(self.channel.types, self.fields, strict=True):
-            if field is ANY:
+        for declared, value in zip(self.channel.types, self.fields, strict=True):
+            if value is ANY:
                 out += "?"
-            elif isinstance(field, OneOf):
-                out += f"?{{{', '.join(sorted(map(declared.text, field.values)))}}}"
+            elif isinstance(value, OneOf):
+                out += f"?{{{', '.join(sorted(map(declared.text, value.values)))}}}"
             else:
-                out += f".{declared.text(field)}"
+                out += f".{declared.text(value)}"
         return out
 
 

@@ -80,11 +80,11 @@ class MachineTask(Task):
             offers = known.get(state)
             if offers is None:
                 offers = known[state] = tuple(self._offer(move) for move in row.moves)
-            for move, offer in zip(row.moves, offers, strict=True):
+            for i, move in enumerate(row.moves):
                 if move.channel in self.clocked:
-                    offer.after = (tocks + 1) * self.unit
+                    offers = (*offers[:i], offers[i].standing_from((tocks + 1) * self.unit), *offers[i + 1 :])
                 elif move.channel == self.timed:
-                    offer.after = self.release
+                    offers = (*offers[:i], offers[i].standing_from(self.release), *offers[i + 1 :])
             choice = await self.select(*offers)
             move = row.moves[choice.taken]
             state = move.target

@@ -250,10 +250,12 @@ class ClassTask(Task):
         None stands for one whose guard in the process is false.
         """
         rows = [one.on(*([ANY] * len(one.channel.types))) if isinstance(one, Operation) else one for one in wanted]
-        offers = [None if one is None else one.operation.offer(self, one.fields) for one in rows]
-        for one, offer in zip(rows, offers, strict=True):
-            if one is not None and offer is not None:
-                offer.after = one.after
+        offers: list[Offer | None] = []
+        for one in rows:
+            offer = None if one is None else one.operation.offer(self, one.fields)
+            if one is not None and offer is not None and one.after is not None:
+                offer = offer.standing_from(one.after)
+            offers.append(offer)
         choice = await self.select(*offers)
         taken = rows[choice.taken]
         assert taken is not None

@@ -11,7 +11,9 @@ import asyncio
 import threading
 from collections import deque
 from collections.abc import Callable, Generator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 from .alternation import Fair, Policy
@@ -229,78 +231,20 @@ def _thread(run: Run, party: Party, latch: _Latch) -> None:
         latch.wait(None)
     for offers in _waits(run, party):
         if offers is not None:
-            while not latch.wait(run.patience(party, offers) if not run.serial else None):
+            while not latch.wait(run.patience(party, offers)):
                 run.retry(party)
 
 
-# --- asyncio ---------------------------------------------------------------------------------------------------
-
-
-class _Flag:
-    """A gate for an event loop; may be opened from another thread."""
-
-    __slots__ = ("_event", "_loop")
-
-    def __init__(self) -> None:
-        self._event = asyncio.Event()
-        self._loop = asyncio.get_running_loop()
-
-    def open(self) -> None:
-        try:
-            inside = asyncio.get_running_loop() is self._loop
-        except RuntimeError:
-            inside = False
-        if inside:
-            self._event.set()
-        else:
-            self._loop.call_soon_threadsafe(self._event.set)
-
-    async def wait(self, seconds: float | None) -> bool:
-        """Pass the gate; False if it did not open in time."""
-        if not self._event.is_set():
-            try:
-                await asyncio.wait_for(self._event.wait(), seconds)
-            except TimeoutError:
-                return False
-        self._event.clear()
-        return True
-
-
-async def _event_loop(run: Run, tasks: Sequence[Task]) -> None:
-    """Carry the tasks by asyncio tasks."""
-    flags = [_Flag() for _ in tasks]
-    parties = [Party(task, flag) for task, flag in zip(tasks, flags, strict=True)]
-    run.begin(parties)
-    carriers = [asyncio.ensure_future(_carry(run, party, flag)) for party, flag in zip(parties, flags, strict=True)]
-    await asyncio.gather(*carriers)
-
-
-async def _carry(run: Run, party: Party, flag: _Flag) -> None:
-    """Carry one task."""
-    if run.serial:
-        await flag.wait(None)
-    for offers in _waits(run, party):
-        if offers is None:
-            await asyncio.sleep(0)  # a task that never has to wait must not keep the others from running
-        else:
-            while not await flag.wait(run.patience(party, offers) if not run.serial else None):
-                run.retry(party)
-
-
-# --- a plain loop ----------------------------------------------------------------------------------------------
+# --- one thread for all ----------------------------------------------------------------------------------------
 
 
 class _Turn:
     """A gate that notes whose turn it is."""
 
-    __slots__ = ("_position", "_turns")
+    __slots__ = ("open",)
 
     def __init__(self, turns: deque[int], position: int) -> None:
-        self._turns = turns
-        self._position = position
-
-    def open(self) -> None:
-        self._turns.append(self._position)
+        self.open = partial(turns.append, position)
 
 
 def _plain_loop(run: Run, tasks: Sequence[Task]) -> None:
@@ -313,3 +257,61 @@ def _plain_loop(run: Run, tasks: Sequence[Task]) -> None:
         for offers in waits[turns.popleft()]:
             if offers is not None:
                 break
+
+
+TURNS = 100
+"""So many turns of tasks are one turn of the event loop that carries them."""
+
+
+async def _event_loop(run: Run, tasks: Sequence[Task]) -> None:
+    """Carry the tasks in an event loop, which waits only when all of them do.
+
+    No future is made for a task, and no turn of the event loop goes by for it: tasks await nothing but one another.
+    """
+    turns: deque[int] = deque()
+    rung = asyncio.Event()
+    loop = asyncio.get_running_loop()
+
+    def ring() -> None:
+        with suppress(RuntimeError):  # the loop may have come to its end meanwhile
+            loop.call_soon_threadsafe(rung.set)
+
+    run.alarm = ring
+    parties = [Party(task, _Turn(turns, i)) for i, task in enumerate(tasks)]
+    waits = [_waits(run, party) for party in parties]
+    run.begin(parties)
+    if not run.serial:
+        turns.extend(range(len(parties)))
+    left = len(parties)
+    sleeping: dict[int, tuple[Offer | None, ...]] = {}
+    """Those that wait for a time as well, and what they offer."""
+    while left:
+        for _ in range(TURNS):
+            if not turns:
+                break
+            i = turns.popleft()
+            if sleeping:
+                sleeping.pop(i, None)
+            try:
+                offers = next(waits[i])
+            except StopIteration:
+                left -= 1
+                continue
+            if offers is None:
+                turns.append(i)  # a task that never has to wait must not keep the others from running
+            elif run.timed and run.patience(parties[i], offers) is not None:
+                sleeping[i] = offers
+        seconds: float | None = None
+        for i, offers in list(sleeping.items()):
+            patience = run.patience(parties[i], offers)
+            if patience is not None and patience <= 0.0:
+                run.retry(parties[i])
+                patience = run.patience(parties[i], offers)
+            if patience is not None and (seconds is None or patience < seconds):
+                seconds = patience
+        if turns:
+            await asyncio.sleep(0)
+        elif left:
+            with suppress(TimeoutError):
+                await asyncio.wait_for(rung.wait(), seconds)
+            rung.clear()

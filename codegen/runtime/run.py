@@ -13,14 +13,15 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import Callable, Sequence
 from heapq import heappop, heappush
 from typing import Protocol
 
-from .alternation import Board, Choice, Commit, Policy, agreed
+from .alternation import Board, Choice, Commit, Policy, Turn, agreed
 from .channel import ANY, Offer, OneOf, Values, WrongOffer
 from .clock import Clock, MonotonicClock
-from .recorder import Record, Recorder
+from .recorder import Nothing, Record, Recorder
 from .task import Stopped, Task
 from .waiting import deadlock
 
@@ -83,7 +84,10 @@ class Run:
         self._most = most
         self._until = until
         self._lock = threading.Lock()
-        self._board = Board()
+        self._board = Board(keeps=serial)
+        self._recording = type(recorder) is not Nothing
+        self.timed = until is not None
+        """Whether what is possible may change with the time."""
         self._parties: dict[str, Party] = {}
         self._priorities: dict[str, int] = {}
         self._running = 0
@@ -91,9 +95,15 @@ class Run:
         self._closed = False
         self.over = threading.Event()
         """Set when nothing will happen any more."""
+        self.alarm: Callable[[], object] | None = None
+        """Wakes the one who carries all tasks, when another thread has opened gates."""
         self.current: str | None = None
         """The task that runs, or ran last, where one thread carries them all."""
-        self._ready: list[tuple[int, int, Party]] = []
+        self._level = True
+        """Whether no task is more urgent than another."""
+        self._ready: deque[Party] = deque()
+        """Serial: the tasks that can run, where none is more urgent; otherwise a heap."""
+        self._urgent: list[tuple[int, int, Party]] = []
         self._queued = 0
 
     @property
@@ -111,6 +121,7 @@ class Run:
                 self._parties[name] = party
                 self._priorities[name] = party.task.priority
                 party.task.begin(self)
+            self._level = len(set(self._priorities.values())) <= 1
             self._running = len(parties)
             self.clock.start()
             if self.serial:
@@ -121,7 +132,7 @@ class Run:
 
     # --- what tasks do ---------------------------------------------------------------------------------------
 
-    def submit(self, party: Party, offers: Sequence[Offer | None]) -> Outcome | None:
+    def submit(self, party: Party, offers: tuple[Offer | None, ...]) -> Outcome | None:
         """A task waits for one of *offers*.
 
         Returns:
@@ -131,43 +142,53 @@ class Run:
             OutOfRange, WrongOffer: an offer is wrong. The task goes on running.
         """
         name = party.task.name
-        for offer in offers:
-            if offer is not None:
-                offer.check(name)
+        board = self._board
+        plan = board.plan(name, offers)
+        if plan.later:
+            self.timed = True
         with self._lock:
-            if not self._closed and self._until is not None and self.clock.now() >= self._until:
-                self._close(None)
+            if self.timed:
+                party.looked = self.clock.now()
+                if not self._closed and self._until is not None and party.looked >= self._until:
+                    self._close(None)
             if self._closed:
                 return Stopped()
-            self._board.add(name, offers)
             self._running -= 1
+            try:
+                if not self.serial:
+                    # Most often the others wait already: then this task need not be put on the board.
+                    commits = board.commits_of(plan, party.looked)
+                    if commits:
+                        self._choose(commits, party)
+                        outcome, party.outcome = party.outcome, None
+                        return outcome
+                board.add(plan, party.looked)
+            except Exception as error:
+                waits = name in board
+                self._close(error)
+                if not waits:
+                    self._running += 1
+                    return Stopped()
             if self.serial:
                 self._pass_on()
-                return None
-            try:
-                party.looked = self.clock.now()
-                if self._choose(self._board.commits_of(name, party.looked)):
-                    outcome, party.outcome = party.outcome, None
-                    return outcome
-            except Exception as error:
-                self._close(error)
-                return None
-            self._look_for_the_end()
+            elif self._running == 0:
+                self._look_for_the_end()
             return None
 
     def retry(self, party: Party) -> None:
         """Time has passed that a waiting task waited for: look again at what is possible for it."""
         with self._lock:
             name = party.task.name
-            if self._closed or name not in self._board.waiting:
+            if self._closed or name not in self._board:
                 return
             if self._until is not None and self.clock.now() >= self._until:
                 self._close(None)
                 return
             try:
                 party.looked = self.clock.now()
-                if self._choose(self._board.commits_of(name, party.looked)):
-                    party.gate.open()
+                commits = self._board.commits_of(self._board.planned(name), party.looked)
+                if commits:
+                    self._choose(commits, None)
                 else:
                     self._look_for_the_end()
             except Exception as error:
@@ -175,6 +196,8 @@ class Run:
 
     def patience(self, party: Party, offers: Sequence[Offer | None]) -> float | None:
         """How many seconds a task that waits for *offers* may sleep before it must look again; None: for ever."""
+        if not self.timed or self.serial:
+            return None
         looked = party.looked
         times = [o.after for o in offers if o is not None and o.after is not None and o.after > looked]
         if self._until is not None:
@@ -202,7 +225,7 @@ class Run:
             if self._closed:
                 raise Stopped
             try:
-                self._record(Commit(offer.channel, ((task, 0),), (values,)), values)
+                self._record(Commit(offer.channel, ((task, 0),), (values,), Turn()), values)
                 if self.events == self._most:
                     self._close(None)
             except Exception as error:
@@ -231,7 +254,7 @@ class Run:
             candidates = agreed(offer.channel, frozenset((task,)), (plain,))
             if not candidates:
                 raise WrongOffer(f"{task}: no value is possible for {offer.text()}")
-            values = self._policy.value(Commit(offer.channel, ((task, 0),), candidates))
+            values = self._policy.value(Commit(offer.channel, ((task, 0),), candidates, Turn()))
         return tuple(
             value for field, value in zip(offer.fields, values, strict=True) if field is ANY or isinstance(field, OneOf)
         )
@@ -256,84 +279,82 @@ class Run:
             self._close(failure)
             if self.serial and self._running == 0:
                 self._pass_on()
+        if self.alarm is not None:
+            self.alarm()
 
     # --- under the lock --------------------------------------------------------------------------------------
 
-    def _choose(self, commits: Sequence[Commit]) -> bool:
-        """Let one of the possible events happen; whether there was one.
-
-        In a free run the gates of all but the first task of the event are opened: the first is the one that asks.
-        """
-        if not commits:
-            return False
-        if len(commits) > 1:
+    def _choose(self, commits: Sequence[Commit], asks: Party | None) -> None:
+        """Let one of some possible events happen. The party that *asks* has no need of its gate."""
+        if self._board.ranked and len(commits) > 1:
             commits = _first_ranks(commits)
         commit = self._policy.choose(commits, self._priorities)
-        names = [task for task, _ in commit.parts]
-        offers = self._board.waiting
-        first, index = commit.parts[0]
-        offer = offers[first][index]
-        assert offer is not None
-        if offer.body is None:
+        parts = commit.parts
+        values: Values = ()
+        if not commit.own:
             values = commit.candidates[0] if len(commit.candidates) == 1 else self._policy.value(commit)
             self._record(commit, values)
-        else:
-            values = ()
-        for name in names:
-            self._board.remove(name)
-        for name, position in commit.parts:
-            self._parties[name].outcome = Choice(position, values)
-        if self.serial:
-            for name in sorted(names):
-                self._wake(self._parties[name])
-        else:
-            self._running += len(names)
-            for name in names[1:]:
-                self._parties[name].gate.open()
+        board, parties = self._board, self._parties
+        board.remove(commit.tasks if asks is None else tuple([name for name in commit.tasks if name != asks.task.name]))
+        for name, position in parts:
+            party = parties[name]
+            party.outcome = Choice(position, values)
+            if self.serial:
+                self._wake(party)
+            else:
+                self._running += 1
+                if party is not asks:
+                    party.gate.open()
         if self.events == self._most:
             self._close(None)
-        return True
 
     def _record(self, commit: Commit, values: Values) -> None:
-        channel = commit.channel
-        tasks = tuple(sorted(task for task, _ in commit.parts))
-        self._recorder.record(
-            Record(
-                self.events,
-                self.clock.now(),
-                channel.text(values),
-                channel.name,
-                values,
-                tasks,
-                channel.hidden,
-                channel.inner,
+        if self._recording:
+            channel = commit.channel
+            self._recorder.record(
+                Record(
+                    self.events,
+                    self.clock.now(),
+                    channel.text(values),
+                    channel.name,
+                    values,
+                    commit.tasks,
+                    channel.hidden,
+                    channel.inner,
+                )
             )
-        )
         self.events += 1
 
     def _wake(self, party: Party) -> None:
         """Serial: put a task among those that can run."""
-        self._queued += 1
-        heappush(self._ready, (-party.task.priority, self._queued, party))
+        if self._level:
+            self._ready.append(party)
+        else:
+            self._queued += 1
+            heappush(self._urgent, (-party.task.priority, self._queued, party))
 
     def _pass_on(self) -> None:
         """Serial: let the next task run; if there is none, let the next event happen."""
         while True:
-            if self._ready:
-                party = heappop(self._ready)[2]
+            if self._ready or self._urgent:
+                party = self._ready.popleft() if self._ready else heappop(self._urgent)[2]
                 self._running += 1
                 party.gate.open()
                 return
-            if self._closed or not self._board.waiting:
+            if self._closed or len(self._board) == 0:
                 self._look_for_the_end()
-                if not self._ready:
+                if not self._ready and not self._urgent:
                     return
                 continue
             try:
-                now = self.clock.now()
+                now = self.clock.now() if self.timed else 0.0
                 if self._until is not None and now >= self._until:
                     self._close(None)
-                elif not self._choose(self._board.commits(now)) and not self._sleep():
+                    continue
+                commits = self._board.possible(now)
+                if commits:
+                    self._choose(commits, None)
+                elif not self._sleep():
                     self._close(deadlock(self._board, self._ended))
             except Exception as error:
                 self._close(error)
@@ -356,7 +377,7 @@ class Run:
         """See whether all tasks have ended, or all that have not wait for ever."""
         if self._running > 0 or self._closed:
             return
-        if not self._board.waiting:
+        if len(self._board) == 0:
             self.terminated = True
             end = Record(self.events, self.clock.now(), "tick", "tick", (), (), hidden=False, terminated=True)
             try:
@@ -376,7 +397,7 @@ class Run:
         self.failure = failure
         self.over.set()
         for name in list(self._board.waiting):
-            self._board.remove(name)
+            self._board.remove((name,))
             party = self._parties[name]
             party.outcome = Stopped()
             if self.serial:

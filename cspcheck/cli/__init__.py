@@ -210,16 +210,19 @@ def main() -> NoReturn:
 def end(code: int) -> NoReturn:
     """End the process with an exit code.
 
-    Where it was interrupted nobody waits until the kernels are compiled, as the end of a Python program would. Nothing
-    of them is half written then: files are put in their places whole.
+    What a search has in memory is left to the system, which takes it back at once: taking a million terms apart one by
+    one, as the end of a Python program would, takes seconds. Where the process was interrupted nobody waits until the
+    kernels are compiled, either. Nothing of them is half written then: files are put in their places whole.
     """
-    if code == 130 and any(thread.name == "compiler" for thread in threading.enumerate()):
-        atexit._run_exitfuncs()
-        for stream in (sys.stdout, sys.stderr):
-            with contextlib.suppress(OSError, ValueError):
-                stream.flush()
-        os._exit(code)
-    sys.exit(code)
+    if "mpi4py" in sys.modules:  # which says good-bye to the others in the last step of all
+        sys.exit(code)
+    if code != 130:
+        threading._shutdown()  # type: ignore[attr-defined]
+    atexit._run_exitfuncs()
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(OSError, ValueError):
+            stream.flush()
+    os._exit(code)
 
 
 def finish(code: int) -> NoReturn:

@@ -19,7 +19,7 @@ class Interrupts:
     """While this is entered, an interrupt is remembered until :meth:`poll` or the end of the block tells it."""
 
     def __init__(self) -> None:
-        self._asked = False
+        self._asked: int | None = None
         self._holding = False
         self._handlers: dict[signal.Signals, Any] = {}
         self._hook = sys.unraisablehook
@@ -48,8 +48,8 @@ class Interrupts:
         Raises:
             KeyboardInterrupt: there was an interrupt.
         """
-        if self._asked:
-            raise KeyboardInterrupt
+        if self._asked is not None:
+            raise KeyboardInterrupt(self._asked)
 
     @contextmanager
     def held(self) -> Iterator[None]:
@@ -63,10 +63,20 @@ class Interrupts:
         self.poll()
 
     def _interrupt(self, number: int, frame: FrameType | None) -> None:
-        self._asked = True
+        self._asked = number
         if not self._holding:
-            raise KeyboardInterrupt
+            raise KeyboardInterrupt(number)
 
     def _unraisable(self, unraisable: Any) -> None:
-        if not (self._asked and unraisable.exc_type is KeyboardInterrupt):
+        if not (self._asked is not None and unraisable.exc_type is KeyboardInterrupt):
             self._hook(unraisable)
+
+
+def goes_on(interrupt: KeyboardInterrupt) -> None:
+    """Ctrl-C ends what a prompt is doing, not the prompt. Who is asked to end does that: it is raised again.
+
+    Raises:
+        KeyboardInterrupt: it stands for the signal to end.
+    """
+    if signal.SIGTERM in interrupt.args:
+        raise interrupt

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from cspcheck.quantities import parse_duration, parse_size
+from cspcheck.quantities import parse_duration, parse_size, whole_number
 from cspcheck.report import FORMATS
 
 if TYPE_CHECKING:
@@ -53,9 +53,10 @@ class DefineOption(click.ParamType):  # type: ignore[type-arg]  # not generic be
 
 
 def _above_zero(text: str) -> int:
-    if not text.isdecimal() or int(text) == 0:
+    number = whole_number(text)
+    if not number:
         raise ValueError(f"`{text}` is not a whole number above zero")
-    return int(text)
+    return number
 
 
 NONE = "none"

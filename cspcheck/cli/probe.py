@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cspcheck.cli import finish
+from cspcheck.cli.interrupt import goes_on
 from cspcheck.cli.options import ConfiguredCommand, color_option, defined_names, definitions, script_options
 
 if TYPE_CHECKING:
@@ -66,17 +67,19 @@ def _counterexample(settings: Settings, options: dict[str, Any]) -> tuple[Probe,
     from cspcheck import checking
     from cspcheck.cspm.diagnostics import ScriptError
     from cspcheck.messages import no_assertion_there, no_counterexample
+    from cspcheck.quantities import whole_number
     from cspcheck.selection import select
 
     if options["process"] is not None:
         raise click.UsageError("with --at the assertion says what is probed: leave PROCESS out")
     path, _, digits = options["at"].rpartition(":")
     path = path or options["file"] or ""
-    if not digits.isdecimal() or not path:
+    line = whole_number(digits)
+    if line is None or not path:
         raise click.UsageError(f"`{options['at']}` is not FILE:LINE")
     _keep_standard_input(path)
     script = checking.load(path, settings)
-    chosen = select(script.assertions, frozenset({int(digits)}), ())
+    chosen = select(script.assertions, frozenset({line}), ())
     if not chosen:
         places = [f"{a.span.source.name}:{a.span.line}: {a.text}" for a in script.assertions]
         raise ScriptError(no_assertion_there(f"{path}:{digits}", places))
@@ -109,7 +112,8 @@ def _talk(commands: Commands, write: Any, style: Style) -> int:
     for line in _typed(commands) if asked else _piped(write):
         try:
             going_on = commands.do(line)
-        except KeyboardInterrupt:
+        except KeyboardInterrupt as interrupt:
+            goes_on(interrupt)
             write("interrupted\n")
             continue
         failed = failed or commands.failed
@@ -143,7 +147,8 @@ def _typed(commands: Commands) -> Iterator[str]:
         print()
         try:
             yield input(PROMPT)
-        except KeyboardInterrupt:
+        except KeyboardInterrupt as interrupt:
+            goes_on(interrupt)
             print("\n(`quit` leaves)")
         except EOFError:
             print()

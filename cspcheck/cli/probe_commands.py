@@ -9,7 +9,7 @@ from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.process.events import TAU
 from cspcheck.cspm.spelling import suggestions
 from cspcheck.probing import NoSuchStep, Probe, ProbeStep, step_name
-from cspcheck.quantities import count
+from cspcheck.quantities import count, whole_number
 from cspcheck.report.diagnostics import render_diagnostics
 from cspcheck.report.probe import MOST_STEPS, show_point, show_term, show_trace
 from cspcheck.report.sentences import as_sentence, why
@@ -18,6 +18,10 @@ from cspcheck.result import Result
 
 WALK = 10
 """Steps of a random walk where no number is given."""
+
+
+LONGEST_WALK = 100_000
+"""More steps at random are asked for by mistake: each of them is kept, to go back."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,9 +163,10 @@ class Commands:
     def _do(self, text: str) -> None:
         steps = self._probe.steps()
         if text.isdecimal():
-            if not 1 <= int(text) <= len(steps):
+            number = whole_number(text)
+            if not number or number > len(steps):
                 raise _Refused(_how_many(len(steps)))
-            self._probe.take(steps[int(text) - 1])
+            self._probe.take(steps[number - 1])
         else:
             self._probe.take(self._named(text, steps))
         self._show()
@@ -228,6 +233,8 @@ class Commands:
         if len(words) > 2:
             raise _Refused("say `walk`, `walk N` or `walk N SEED`")
         steps = _number(words[0] if words else "", WALK)
+        if steps > LONGEST_WALK:
+            raise _Refused(f"a walk has {LONGEST_WALK:,} steps at most")
         taken = self._probe.walk(steps, _number(words[1], 0, least=0) if len(words) == 2 else None)
         self._say(trace_end(self._probe, self._style, taken))
         self._show()
@@ -291,9 +298,10 @@ def split_events(text: str) -> list[str]:
 def _number(text: str, otherwise: int, *, least: int = 1) -> int:
     if not text:
         return otherwise
-    if not text.isdecimal() or int(text) < least:
+    number = whole_number(text)
+    if number is None or number < least:
         raise _Refused(f"`{text}` is not a whole number{' above zero' if least else ''}")
-    return int(text)
+    return number
 
 
 def _how_many(steps: int) -> str:

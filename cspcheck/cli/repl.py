@@ -10,8 +10,10 @@ from typing import Any
 import click
 
 from cspcheck.cli import finish
+from cspcheck.cli.interrupt import goes_on
 from cspcheck.cli.options import ConfiguredCommand, color_option, definitions, script_options
-from cspcheck.quantities import count
+from cspcheck.quantities import count, whole_number
+from cspcheck.report.style import harmless
 
 PROMPT = "> "
 _HELP = """\
@@ -48,7 +50,8 @@ def command(**options: Any) -> None:
         try:
             if not prompt.do(line.strip()):
                 break
-        except KeyboardInterrupt:
+        except KeyboardInterrupt as interrupt:
+            goes_on(interrupt)
             output.write("interrupted\n")
     finish(int(prompt.failed and not asked))
 
@@ -108,14 +111,17 @@ class Prompt:
         elif word.startswith(":"):
             from cspcheck.cspm.spelling import suggestions
 
-            self.failed = True
             close = suggestions(word, list(commands))
             hint = f"; did you mean `{close[0]}`?" if close else "; `:help` lists the commands"
-            self._write(f"there is no command `{word}`{hint}\n")
+            self._refuse(f"there is no command `{word}`{hint}")
         elif word == "assert":
             self._check(self._script.assertion(rest))
         else:
-            self._write(self._script.show(line) + "\n")
+            self._write(harmless(self._script.show(line)) + "\n")
+
+    def _refuse(self, text: str) -> None:
+        self.failed = True
+        self._write(f"{harmless(text)}\n")
 
     def _load(self, path: str) -> None:
         from cspcheck import checking
@@ -127,7 +133,7 @@ class Prompt:
         if path:
             self._path = path
             self._script = checking.load(path, self._settings)
-            self._write(f"{path}: {count(len(self._script.assertions), 'assertion')}\n")
+            self._write(f"{harmless(path)}: {count(len(self._script.assertions), 'assertion')}\n")
 
     def _type(self, text: str) -> None:
         from cspcheck.cspm.naming.resolve import resolve_more
@@ -137,20 +143,20 @@ class Prompt:
 
         expression = parse_expression(text)
         resolve_more(self._script.names, expression)
-        self._write(f"{text} :: {show_scheme(infer_expression(expression, self._script.types))}\n")
+        self._write(f"{harmless(text)} :: {show_scheme(infer_expression(expression, self._script.types))}\n")
 
     def _assertions(self, _: str) -> None:
         for i, assertion in enumerate(self._script.assertions, 1):
-            self._write(f"{i:>3}  {assertion.text}\n")
+            self._write(f"{i:>3}  {harmless(assertion.text)}\n")
 
     def _run(self, number: str) -> None:
         chosen = self._script.assertions
         if number:
-            if not number.isdecimal() or not 0 < int(number) <= len(chosen):
-                self.failed = True
-                self._write(f"there is no assertion {number}; `:assertions` lists them\n")
+            place = whole_number(number)
+            if not place or place > len(chosen):
+                self._refuse(f"there is no assertion {number}; `:assertions` lists them")
                 return
-            chosen = chosen[int(number) - 1 : int(number)]
+            chosen = chosen[place - 1 : place]
         for assertion in chosen:
             self._check(assertion)
 
@@ -167,6 +173,9 @@ class Prompt:
         from cspcheck.drawing import dot, html, parts, svg
 
         process, _, path = text.rpartition(" ")
+        if not process.strip():
+            self._refuse("say which process and which file: `:graph P p.svg`")
+            return
         picture = parts.machine(process, self._script.process(process), self._script.events)
         if path.endswith(".dot"):
             drawn = dot.render(picture)
@@ -174,7 +183,7 @@ class Prompt:
             drawn = svg.render(picture)
             drawn = html.page(picture.title, drawn) if path.endswith(".html") else drawn
         replace_text(path, drawn)
-        self._write(f"{path}\n")
+        self._write(f"{harmless(path)}\n")
 
     def _probe(self, text: str) -> None:
         from cspcheck.probing import Probe
@@ -196,7 +205,8 @@ def _typed(prompt: Prompt) -> Iterator[str]:
     while True:
         try:
             yield input(PROMPT)
-        except KeyboardInterrupt:
+        except KeyboardInterrupt as interrupt:
+            goes_on(interrupt)
             print("\n(`:quit` leaves)")
         except EOFError:
             print()

@@ -69,6 +69,29 @@ Count(k) = k < N & c.0 -> Count(k+1) [] k > 0 & c.N -> Count(k-1)
 assert Count(0) [FD= Chain
 """
 
+SIDE_BY_SIDE = """
+N = {n}
+ID = {{1..N}}
+channel get, put, s1, s2, s3 : ID
+Cell(i) = get.i -> s1.i -> s2.i -> s3.i -> put.i -> Cell(i)
+System = ||| i:ID @ Cell(i) \\ {{| s1, s2, s3 |}}
+Box(i) = get.i -> put.i -> Box(i)
+assert System :[deadlock free [F]]
+assert System :[deadlock free [FD]]
+assert ||| i:ID @ Box(i) [FD= System
+assert System :[deterministic]
+"""
+
+ALIKE = """
+N = {n}
+channel go, x, y, done
+Cell = go -> x -> y -> done -> Cell
+System = ||| i:{{1..N}} @ Cell \\ {{x, y}}
+Count(k) = k < N & go -> Count(k+1) [] k > 0 & done -> Count(k-1)
+assert Count(0) [FD= System
+assert System :[deterministic]
+"""
+
 KNOWLEDGE = """
 external chase
 N = {n}
@@ -91,24 +114,29 @@ Answer = tuple[str, int, int]
 WORKLOADS: dict[str, tuple[str, list[Answer]]] = {
     "philosophers, one left-handed, 100": (
         PHILOSOPHERS.format(n=100, which=LEFT_HANDED),
-        [("PASS", 78, 186)],
+        [("PASS", 58, 128)],
     ),
     "philosophers, one left-handed, 1000": (
         PHILOSOPHERS.format(n=1000, which=LEFT_HANDED),
-        [("PASS", 78, 186)],
+        [("PASS", 58, 128)],
     ),
-    "philosophers, all alike, 20": (PHILOSOPHERS.format(n=20, which="Phil(i)"), [("FAIL", 87, 208)]),
+    "philosophers, all alike, 20": (PHILOSOPHERS.format(n=20, which="Phil(i)"), [("FAIL", 53, 110)]),
     "scheduler, 100 cells": (
         SCHEDULER.format(n=100),
-        [("PASS", 2171, 5933), ("PASS", 1217, 7185), ("PASS", 9403, 38525)],
+        [("PASS", 2061, 5718), ("PASS", 1217, 7185), ("PASS", 9355, 38423)],
     ),
     "token ring, 100 stations": (RING.format(n=100), [("PASS", 300, 400)] * 3),
     "buffers, chain of 100": (BUFFERS.format(n=100), [("PASS", 4522, 12845)]),
+    "cells side by side, 12": (
+        SIDE_BY_SIDE.format(n=12),
+        [("PASS", 1, 1), ("PASS", 1, 1), ("PASS", 4096, 49152), ("PASS", 4096, 49152)],
+    ),
+    "equal cells side by side, 40": (ALIKE.format(n=40), [("PASS", 738, 2656)] * 2),
     "knowledge chased, 20 facts": (KNOWLEDGE.format(n=20), [("PASS", 3, 2)]),
     "knowledge chased, 60 facts": (KNOWLEDGE.format(n=60), [("PASS", 3, 2)]),
     "vehicle": (
         (REPOSITORY / "specs" / "rov" / "control_view.csp").read_text(encoding="utf-8"),
-        [("PASS", 81, 197), ("PASS", 626, 4577), ("PASS", 626, 4577)],
+        [("PASS", 18, 24), ("PASS", 626, 4577), ("PASS", 626, 4577)],
     ),
 }
 

@@ -1,170 +1,272 @@
-"""How many events a second a generated program's runtime lets happen, beside a hand-over through ``queue.Queue``.
+"""How many events a second a generated Python program lets happen, beside what a person would write by hand.
 
-``python tests/benchmarks/bench_runtime.py`` prints for each shape of program and each runner the events per second of
-the best of some runs, and the ratio to the same by hand with threads and queues of one place, measured in turns: a
-producer waits until its item has been taken, as with a synchronous channel. A choice by hand is a queue that all
-producers share. The ring is compared with the hand-over between two threads.
+``python tests/benchmarks/bench_runtime.py`` generates for each shape a program and runs it with each runner, in turns
+with a program by hand for the same: with threads and queues of one place for the threads, with asyncio and its queues
+for the event loop and the plain loop. By hand, too, a sender waits until its item has been taken, as on a synchronous
+channel, and a choice is a queue that all senders share. Nothing is recorded. It prints the medians of the events a
+second of processor time and of the ratios of runs next to one another; ``taskset -c 1`` keeps threads on one processor,
+and ``--wall`` counts the time of the clock instead.
 """
 
 from __future__ import annotations
 
+import asyncio
+import importlib
 import queue
 import sys
+import tempfile
 import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
+from statistics import median
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from cspcheck.codegen.runtime import Channel, Fair, Integers, Program, Record, Runner, Task
+import cspcheck
+from cspcheck.codegen.design.program import design
+from cspcheck.codegen.emit.keeping import write
+from cspcheck.codegen.emit.project import project
 
-EVENTS = 20_000
-RUNS = 3
-RUNNERS: tuple[Runner, ...] = ("threads", "asyncio", "loop")
+EVENTS = 4_000
+RUNS = 9
+RUNNERS = ("threads", "asyncio", "loop")
+CLOCK = time.perf_counter if "--wall" in sys.argv else time.process_time
 
-
-class Nothing:
-    """Records nothing."""
-
-    def record(self, record: Record) -> None:
-        """Forget it."""
-
-    def close(self) -> None:
-        """Nothing is left."""
-
-
-class Put(Task):
-    """Sends for ever."""
-
-    def __init__(self, name: str, channel: Channel) -> None:
-        super().__init__(name)
-        self.channel = channel
-
-    async def run(self) -> None:
-        """For ever."""
-        value = 0
-        while True:
-            await self.perform(self.channel.put(value))
-            value = (value + 1) % 10
-
-
-class Pass(Task):
-    """Receives and sends on; the first one begins."""
-
-    def __init__(self, name: str, source: Channel, target: Channel, begins: bool) -> None:
-        super().__init__(name)
-        self.source, self.target, self.begins = source, target, begins
-
-    async def run(self) -> None:
-        """For ever."""
-        if self.begins:
-            await self.perform(self.target.put(0))
-        while True:
-            (value,) = await self.perform(self.source.get())
-            await self.perform(self.target.put(value))
+SCRIPTS = {
+    "pair": """
+channel c : {0..9}
+P(n) = c!n -> P((n + 1) % 10)
+C = c?x -> C
+SYSTEM = P(0) [| {| c |} |] C
+""",
+    "ring": """
+channel c : {0..9}.{0..9}
+NODE(i) = c.i?x -> c.((i + 1) % 10)!x -> NODE(i)
+FIRST = c.1!0 -> NODE(0)
+SYSTEM = || i : {0..9} @ [{| c.i, c.((i + 1) % 10) |}] (if i == 0 then FIRST else NODE(i))
+""",
+    "family of 8": """
+channel c : {0..7}.{0..9}
+P(i, n) = c.i!n -> P(i, (n + 1) % 10)
+C = c?i?x -> C
+SYSTEM = (||| i : {0..7} @ P(i, 0)) [| {| c |} |] C
+""",
+    "choice of 8": """
+channel c0, c1, c2, c3, c4, c5, c6, c7 : {0..9}
+"""
+    + "\n".join(f"P{i}(n) = c{i}!n -> P{i}((n + 1) % 10)" for i in range(8))
+    + f"""
+C = {" [] ".join(f"c{i}?x -> C" for i in range(8))}
+SYSTEM = ({" ||| ".join(f"P{i}(0)" for i in range(8))}) [| {{| c0, c1, c2, c3, c4, c5, c6, c7 |}} |] C
+""",
+}
 
 
-class Choose(Task):
-    """Takes from whichever of some channels."""
-
-    def __init__(self, name: str, channels: list[Channel]) -> None:
-        super().__init__(name)
-        self.channels = channels
-
-    async def run(self) -> None:
-        """For ever."""
-        while True:
-            await self.select(*[channel.get() for channel in self.channels])
-
-
-def pair() -> list[Task]:
-    """Two tasks and a channel."""
-    channel = Channel("c", [Integers(0, 9)], parties=[("P", "C")])
-    return [Put("P", channel), Choose("C", [channel])]
+def timed(threads: list[Callable[[], None]]) -> float:
+    """Run the first of some functions, the others each in a thread beside it; events a second."""
+    beside = [threading.Thread(target=one) for one in threads[1:]]
+    started = CLOCK()
+    for thread in beside:
+        thread.start()
+    threads[0]()
+    for thread in beside:
+        thread.join()
+    return EVENTS / (CLOCK() - started)
 
 
-def ring() -> list[Task]:
-    """Ten tasks that pass a value round."""
-    names = [f"T{i}" for i in range(10)]
-    channels = [Channel(f"c{i}", [Integers(0, 9)], parties=[(names[i - 1], names[i])]) for i in range(10)]
-    return [Pass(names[i], channels[i], channels[(i + 1) % 10], i == 0) for i in range(10)]
-
-
-def choice() -> list[Task]:
-    """Eight senders and a task that takes from any of them."""
-    channels = [Channel(f"c{i}", [Integers(0, 9)], parties=[(f"P{i}", "C")]) for i in range(8)]
-    return [*[Put(f"P{i}", channel) for i, channel in enumerate(channels)], Choose("C", channels)]
-
-
-def queue_hand_over() -> float:
-    """Hand-overs a second between two threads: each item is taken before the next is put."""
+def pair_by_threads() -> float:
+    """Two threads: each item is taken before the next is put."""
     there: queue.Queue[int] = queue.Queue(1)
-    back: queue.Queue[int] = queue.Queue(1)
-    count = EVENTS // 2
+    back: queue.Queue[None] = queue.Queue(1)
+
+    def produce() -> None:
+        value = 0
+        for _ in range(EVENTS):
+            there.put(value)
+            back.get()
+            value = (value + 1) % 10
 
     def consume() -> None:
-        for _ in range(count):
+        for _ in range(EVENTS):
             there.get()
-            back.put(0)
+            back.put(None)
 
-    thread = threading.Thread(target=consume)
-    started = time.perf_counter()
-    thread.start()
-    for i in range(count):
-        there.put(i)
-        back.get()
-    thread.join()
-    return count / (time.perf_counter() - started)
+    return timed([consume, produce])
 
 
-def queue_choice() -> float:
-    """Hand-overs a second from eight threads to one that takes whatever comes."""
+def ring_by_threads() -> float:
+    """Ten threads pass a value round; None ends them."""
+    there: list[queue.Queue[int | None]] = [queue.Queue(1) for _ in range(10)]
+    back: list[queue.Queue[None]] = [queue.Queue(1) for _ in range(10)]
+
+    def node(me: int) -> Callable[[], None]:
+        source, target, taken, passed = there[me], there[(me + 1) % 10], back[me], back[(me + 1) % 10]
+
+        def run() -> None:
+            left = EVENTS // 10
+            if me == 0:
+                target.put(0)
+                passed.get()
+                left -= 1
+            while True:
+                value = source.get()
+                taken.put(None)
+                if value is None:
+                    if me != 0:
+                        target.put(None)
+                        passed.get()
+                    return
+                target.put(None if me == 0 and left == 0 else value)
+                left -= 1
+                passed.get()
+
+        return run
+
+    return timed([node(i) for i in range(10)])
+
+
+def choice_by_threads() -> float:
+    """Eight threads send to one that takes whatever comes."""
     there: queue.Queue[tuple[int, int]] = queue.Queue(1)
     back: list[queue.Queue[bool]] = [queue.Queue(1) for _ in range(8)]
-    count = EVENTS // 2
 
-    def produce(me: int) -> None:
-        value = 0
-        while True:
-            there.put((me, value))
-            if back[me].get():
-                return
-            value = (value + 1) % 10
+    def produce(me: int) -> Callable[[], None]:
+        def run() -> None:
+            value = 0
+            while True:
+                there.put((me, value))
+                if back[me].get():
+                    return
+                value = (value + 1) % 10
 
-    for i in range(8):
-        threading.Thread(target=produce, args=(i,), daemon=True).start()
-    started = time.perf_counter()
-    for _ in range(count):
-        me, _value = there.get()
-        back[me].put(False)
-    taken = time.perf_counter() - started
-    for _ in range(8):
-        me, _value = there.get()
-        back[me].put(True)
-    return count / taken
+        return run
+
+    def consume() -> None:
+        for _ in range(EVENTS - 8):
+            me, _value = there.get()
+            back[me].put(False)
+        for _ in range(8):
+            me, _value = there.get()
+            back[me].put(True)
+
+    return timed([consume, *[produce(i) for i in range(8)]])
 
 
-def events_a_second(tasks: Callable[[], list[Task]], runner: Runner) -> float:
-    """The speed of a program."""
-    program = Program(tasks())
-    started = time.perf_counter()
-    summary = program.run(runner, recorder=Nothing(), policy=Fair(), events=EVENTS)
-    assert summary.events == EVENTS
-    return EVENTS / (time.perf_counter() - started)
+def pair_by_asyncio() -> float:
+    """The same in an event loop."""
+
+    async def main() -> None:
+        there: asyncio.Queue[int] = asyncio.Queue(1)
+        back: asyncio.Queue[None] = asyncio.Queue(1)
+
+        async def produce() -> None:
+            value = 0
+            for _ in range(EVENTS):
+                await there.put(value)
+                await back.get()
+                value = (value + 1) % 10
+
+        async def consume() -> None:
+            for _ in range(EVENTS):
+                await there.get()
+                await back.put(None)
+
+        await asyncio.gather(produce(), consume())
+
+    return timed([lambda: asyncio.run(main())])
+
+
+def ring_by_asyncio() -> float:
+    """The same in an event loop."""
+
+    async def main() -> None:
+        there: list[asyncio.Queue[int]] = [asyncio.Queue(1) for _ in range(10)]
+        back: list[asyncio.Queue[None]] = [asyncio.Queue(1) for _ in range(10)]
+
+        async def node(me: int) -> None:
+            source, target, taken, passed = there[me], there[(me + 1) % 10], back[me], back[(me + 1) % 10]
+            if me == 0:
+                await target.put(0)
+                await passed.get()
+            left = EVENTS // 10
+            while me != 0 or left > 0:
+                value = await source.get()
+                await taken.put(None)
+                await target.put(value)
+                await passed.get()
+                left -= 1
+
+        nodes = [asyncio.ensure_future(node(i)) for i in range(10)]
+        await nodes[0]
+        for one in nodes[1:]:
+            one.cancel()
+
+    return timed([lambda: asyncio.run(main())])
+
+
+def choice_by_asyncio() -> float:
+    """The same in an event loop."""
+
+    async def main() -> None:
+        there: asyncio.Queue[tuple[int, int]] = asyncio.Queue(1)
+        back: list[asyncio.Queue[None]] = [asyncio.Queue(1) for _ in range(8)]
+
+        async def produce(me: int) -> None:
+            value = 0
+            while True:
+                await there.put((me, value))
+                await back[me].get()
+                value = (value + 1) % 10
+
+        senders = [asyncio.ensure_future(produce(i)) for i in range(8)]
+        for _ in range(EVENTS):
+            me, _value = await there.get()
+            await back[me].put(None)
+        for sender in senders:
+            sender.cancel()
+
+    return timed([lambda: asyncio.run(main())])
+
+
+BY_HAND = {
+    "pair": (pair_by_threads, pair_by_asyncio),
+    "ring": (ring_by_threads, ring_by_asyncio),
+    "family of 8": (choice_by_threads, choice_by_asyncio),
+    "choice of 8": (choice_by_threads, choice_by_asyncio),
+}
+
+
+def generated(script: str, name: str, folder: Path) -> Callable[[str], float]:
+    """The program of a script; its events a second with a runner."""
+    write(project(design(cspcheck.loads(script)._script, "SYSTEM"), name), folder / name)
+    main = importlib.import_module(f"{name}.main")
+    runtime = importlib.import_module(f"{name}.runtime")
+
+    def run(runner: str) -> float:
+        program = runtime.Program(main.tasks())
+        started = CLOCK()
+        summary = program.run(runner, events=EVENTS)
+        taken = CLOCK() - started
+        assert summary.events == EVENTS
+        return EVENTS / taken
+
+    return run
 
 
 def main() -> None:
     """Measure and print."""
-    for shape, by_hand in ((pair, queue_hand_over), (ring, queue_hand_over), (choice, queue_choice)):
-        speeds: dict[str, float] = {}
-        for _ in range(RUNS):
-            speeds["by hand"] = max(speeds.get("by hand", 0.0), by_hand())
+    with tempfile.TemporaryDirectory() as folder:
+        sys.path.insert(0, folder)
+        for shape, script in SCRIPTS.items():
+            run = generated(script, shape.replace(" ", "_"), Path(folder))
             for runner in RUNNERS:
-                speeds[runner] = max(speeds.get(runner, 0.0), events_a_second(shape, runner))
-        for name, speed in speeds.items():
-            text = f"{shape.__name__}, {name}"
-            print(f"{text:28s} {speed:10,.0f} events/s   {speed / speeds['by hand']:5.2f} x", flush=True)
+                by_hand = BY_HAND[shape][0 if runner == "threads" else 1]
+                speeds = [(run(runner), by_hand()) for _ in range(RUNS)]
+                ours, theirs = (median(pair[i] for pair in speeds) for i in (0, 1))
+                ratio = median(own / other for own, other in speeds)
+                text = f"{ours:10,.0f} events/s   by hand {theirs:10,.0f}"
+                print(f"{shape:12s} {runner:8s} {text}   {ratio:5.2f} x", flush=True)
 
 
 if __name__ == "__main__":

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
-from cspcheck.quantities import count, parse_duration, parse_size, show_bytes, show_seconds
+from cspcheck.cli import run
+from cspcheck.quantities import count, parse_duration, parse_size, show_bytes, show_seconds, whole_number
 
 
 @pytest.mark.parametrize(
@@ -103,3 +106,43 @@ def test_sizes_are_shown_in_binary_units(size: int, text: str) -> None:
 
 def test_counts() -> None:
     assert [count(n, "state") for n in (0, 1, 2_519_424)] == ["0 states", "1 state", "2,519,424 states"]
+
+
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [("0", 0), ("007", 7), ("9" * 18, 10**18 - 1), ("0" * 5_000 + "3", 3)]
+    + [(text, None) for text in ("", "-1", "+1", "1.0", " 1", "\u00b2", "\u0663", "9" * 19, "9" * 5_000)],
+)
+def test_whole_numbers_have_few_digits(text: str, number: int | None) -> None:
+    assert whole_number(text) == number
+
+
+@pytest.mark.parametrize("text", ["9" * 5_000, "9" * 400 + "GiB", "1000000TiB"])
+def test_sizes_beyond_all_machines(text: str) -> None:
+    with pytest.raises(ValueError, match="is more than any machine has"):
+        parse_size(text)
+
+
+NINES = "9" * 5_000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["check", f"SCRIPT:{NINES}"], "no assertion"),
+        (["check", "SCRIPT", "--max-states", NINES], "is not a whole number above zero"),
+        (["check", "SCRIPT", "--workers", NINES], "is not a whole number above zero"),
+        (["check", "SCRIPT", "--max-memory", f"{NINES}GiB"], "is more than any machine has"),
+        (["probe", "--at", f"SCRIPT:{NINES}"], "is not FILE:LINE"),
+        (["sweep", "SCRIPT", "-D", f"N=1..{NINES}"], "has too many digits for a bound of a range"),
+    ],
+)
+def test_numbers_of_a_command_line_without_end(
+    arguments: list[str], told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    script = tmp_path / "p.csp"
+    script.write_text("channel a\nN = 1\nP = a -> P\nassert P :[deadlock free]\n")
+    code = run([argument.replace("SCRIPT", str(script)) for argument in arguments])
+    shown = capsys.readouterr()
+    assert code in (2, 5)
+    assert told in shown.out + shown.err

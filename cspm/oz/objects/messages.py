@@ -14,7 +14,7 @@ _A = "class A\n  state n : nat\n  op step = [Delta(n) | n' = n + 1]\nend\n"
     "CSP670",
     "what is no class is used as one",
     explanation=(
-        "`poly C`, a union of classes and `C %own` (an object that belongs to the attribute) are sets of objects, "
+        "`poly C`, a union of classes and `C%own` (an object that belongs to the attribute) are sets of objects, "
         "made of classes."
     ),
     example=_A + "const x : poly nat",

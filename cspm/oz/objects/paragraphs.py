@@ -67,7 +67,11 @@ class Paragraphs:
                 self._terms.predicates(paragraph.initial or (), inner)
             case s.Axiom():
                 scope, _ = self._generic(_place(paragraph), paragraph.generics)
-                self._terms.predicates(paragraph.predicates, scope)
+                # Here the constants are those for the sets that the paragraph speaks of.
+                own = [(n, self._scope.find(n)) for n in self.declare(paragraph)]
+                made = {n: e.make() for n, e in own if isinstance(e, Deferred)}
+                inner = Scope(scope, {n: Value(v.type, v.span) for n, v in made.items() if v is not None})
+                self._terms.predicates(paragraph.predicates, inner)
             case s.Lemma():
                 scope, _ = self._generic(paragraph.name, paragraph.generics)
                 self._terms.predicates([paragraph.predicate], scope)

@@ -257,6 +257,9 @@ class TermBuilder:
     def schema_text(self, span: Span, declarations: list[z.Declare], predicates: Sequence[z.Term] = ()) -> z.Term:
         return z.SchemaText(span=span, declarations=tuple(declarations), predicates=tuple(predicates))
 
+    def schema_of_nothing(self, span: Span, predicates: list[z.Term]) -> z.Term:
+        return z.SchemaText(span=span, declarations=(), predicates=tuple(predicates))
+
     # --- operations by others --------------------------------------------------------------------------------
 
     def operation_row(self, span: Span, row: z.Term | list[z.Term | str], operator: int, operand: z.Term) -> object:

@@ -150,6 +150,9 @@ BLACKBOARD: Final[Mapping[str, str]] = {
 WORDS: Final = frozenset(["if", "then", "else", "let", "true", "false", "and", "or", "not", "dom", "ran", "div", "mod"])
 """Plain words that are read as the operators that they look like, with a warning."""
 
+NO_NAMES: Final = frozenset(["end", "where", "inrel"])
+"""Words that the text notation has no names of: names in markup that are so called have a ``_`` behind them."""
+
 LINE_BREAKS: Final = frozenset(
     [r"\also", r"\Also", r"\classbreak", r"\zbreak", r"\opbreak", r"\eol", r"\cr", r"\newline"]
 )
@@ -188,6 +191,26 @@ UNREAD_LINES: Final[Mapping[str, str]] = {
     **dict.fromkeys([r"\relation", r"\function", r"\generic"], r"an operator template (`x \inrel{R} y` needs none)"),
 }
 """Commands that begin a line which has no counterpart here, in words."""
+
+SUPERSCRIPTS: Final = {
+    **dict.fromkeys(["+"], "^+"),
+    **dict.fromkeys(["*", r"\ast", r"\star"], "^*"),
+    **dict.fromkeys(["-1", r"\sim", "~"], "~"),
+}
+"""What may stand above a name, by the postfix operator that it is."""
+
+LONE: Final = {
+    **{sign: sign for sign in "()[],;:.|@=<>+-*/"},
+    "==": "==",
+    "::=": "::=",
+    "||": "||",
+    "[]": "[]",
+    "..": "..",
+    "<=": "<=",
+    ">=": ">=",
+    "!=": "!=",
+}
+"""Signs that are tokens of the notation as they stand."""
 
 # --- tokens of CSP -----------------------------------------------------------------------------------------------
 

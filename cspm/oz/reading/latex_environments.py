@@ -32,9 +32,21 @@ LAYOUT: Final = frozenset(
 SKIPPED: Final = frozenset(["classcom", "proof", "argue", "infrule", "comment", "verbatim"])
 """Environments whose content is not read."""
 
-_NAMED_THEOREM = re.compile(
-    r"[ \t\n]*\{[ \t]*(?:(?:grule|frule|rule|axiom|disabled)[ \t]+)*([A-Za-z]\w*(?:\\_\w+)*)[ \t]*\}"
+_BLANK = r"(?:\s|\\\\|\\t[ \t]*[0-9])*"
+_RENAMED = rf"{_BLANK}(?:\\_|\w)+['?!]*\s*/\s*(?:\\_|\w)+['?!~]*{_BLANK}"
+RENAMING: Final = re.compile(rf"{_RENAMED}(?:,{_RENAMED})*")
+"""What stands between brackets that give new names, and are no comment."""
+
+_USAGE = r"[ \t\n]*(?:(?:grule|frule|rule|axiom|disabled)[ \t]+)*"
+THEOREM_USAGE: Final = re.compile(_USAGE)
+"""What a prover is to use a theorem for, before its name."""
+
+THEOREM: Final = re.compile(
+    r"theorem[~\s]+(?P<name>[A-Za-z](?:[A-Za-z0-9]|\\_|[~\s])*?)\s*(?P<generics>\[[^\]]*\])?\s*\\vdash\s*\?"
 )
+"""A conjecture with a name, in one line."""
+
+_NAMED_THEOREM = re.compile(rf"[ \t\n]*\{{{_USAGE}[A-Za-z]\w*(?:\\_\w+)*[ \t]*\}}")
 
 
 def is_claim(text: str, position: int) -> bool:

@@ -22,14 +22,17 @@ from cspcheck.cspm.oz.reading.latex_commands import (
     CSP_COMMANDS,
     FONTS,
     LINE_BREAKS,
+    LONE,
     NAMES,
+    NO_NAMES,
+    SUPERSCRIPTS,
     TEXTS,
     UNREAD_LINES,
     UNSUPPORTED,
     WITH_ARGUMENT,
     WORDS,
 )
-from cspcheck.cspm.oz.reading.latex_environments import BOXES, LAYOUT, SKIPPED
+from cspcheck.cspm.oz.reading.latex_environments import BOXES, LAYOUT, RENAMING, SKIPPED, THEOREM, THEOREM_USAGE
 from cspcheck.cspm.oz.reading.lexer import INFIX, OPERAND_ENDS, PREFIX, Token
 from cspcheck.cspm.source import Source, Span
 from cspcheck.cspm.spelling import suggestions
@@ -86,25 +89,7 @@ _RELATION = re.compile(
 _LINE_END = re.compile(r"\\\\|\\end[ \t]*\{")
 _ARGUMENT = re.compile(r"\s*\{")
 _GENERICS = re.compile(r"[ \t]*\[[^\]\[\n]*\]")
-_RENAMED = r"\s*(?:\\_|\w)+['?!]*\s*/\s*(?:\\_|\w)+['?!~]*\s*"
-_RENAMING = re.compile(rf"{_RENAMED}(?:,{_RENAMED})*")
 _PROSE = re.compile(r"[A-Za-z]{2,}[ \t\n~]+[A-Za-z]{2,}")
-_SUPERSCRIPTS: Final = {
-    **dict.fromkeys(["+"], "^+"),
-    **dict.fromkeys(["*", r"\ast", r"\star"], "^*"),
-    **dict.fromkeys(["-1", r"\sim", "~"], "~"),
-}
-_LONE: Final = {
-    **{sign: sign for sign in "()[],;:.|@=<>+-*/"},
-    "==": "==",
-    "::=": "::=",
-    "||": "||",
-    "[]": "[]",
-    "..": "..",
-    "<=": "<=",
-    ">=": ">=",
-    "!=": "!=",
-}
 
 
 @dataclass(slots=True)
@@ -224,8 +209,12 @@ class Lexer:
             self.warn(start, end, tidy)
             self._add(name, start, end, name)
             return
+        if name == "theorem" and self.fresh and self.box == "zed" and self._theorem(start):
+            return
         if name == "num":
             name = "int"
+        elif name in NO_NAMES:
+            name += "_"
         if name in self.relations and not self.fresh and self.previous in OPERAND_ENDS:
             self._add("inrel", start, start)
         self._add("NAME", start, end, name, decoration)
@@ -244,7 +233,7 @@ class Lexer:
             token.decoration += "'"
             token.end = self.last = self.position
             return
-        kind = _SUPERSCRIPTS.get(inner)
+        kind = SUPERSCRIPTS.get(inner)
         if kind is None:
             # A bare `^` concatenates in the CSP part.
             self.position = start + 1
@@ -264,10 +253,7 @@ class Lexer:
         if sign == "[" and self.previous not in ("SDEF", ":") and self._is_prose(start):
             self._prose(start)
             return
-        self._add(_LONE.get(sign, "BAD"), start, self.position)
-
-    def _group(self, match: re.Match[str], start: int) -> None:
-        """Braces group for TeX alone."""
+        self._add(LONE.get(sign, "BAD"), start, self.position)
 
     # --- comments in brackets --------------------------------------------------------------------------------
 
@@ -275,7 +261,7 @@ class Lexer:
         """Whether the bracket at *start* opens a comment."""
         tight = start == self.last and self.previous == "NAME"
         content = self.text[start + 1 : self._closing(start)]
-        if start == self.last and _RENAMING.fullmatch(content):
+        if self.previous in ("NAME", "]", ")") and RENAMING.fullmatch(content):
             return False
         prose = bool(_PROSE.search(content)) and not re.search(r"\\(?!_)|[|:]", content)
         if self.box in ("class", "zed", "retrieve"):
@@ -373,10 +359,26 @@ class Lexer:
             span = self.source.span(start, self.position)
             self.markup.errors.append(messages.unknown_command(span, suggestions(command, known)))
 
+    def _theorem(self, start: int) -> bool:
+        r"""``theorem name[X] \vdash? p`` in one line, up to the predicate; whether it is one."""
+        match = THEOREM.match(self.text, start, self.end)
+        if match is None:
+            return False
+        name = re.sub(r"[\s~]+", "", match["name"]).replace("\\_", "_").strip("_")
+        self._add("NAME", start, start, "lemma", section=True)
+        self._add("NAME", start, start, name)
+        if match["generics"] is not None:
+            self.position = match.start("generics")
+            self._range(match.end("generics"))
+        self.position = match.end()
+        self._add(":", match.end(), match.end())
+        return True
+
     def _conjecture(self, start: int) -> None:
         """``\\vdash? p`` is a lemma that is called after its line; in a theorem it says nothing more."""
-        if self.text.startswith("?", self.position):
-            self.position += 1
+        mark = re.compile(r"\s*\?").match(self.text, self.position, self.end)
+        if mark is not None:
+            self.position = mark.end()
         if self.box == "lemma":
             return
         self.fresh = True
@@ -529,7 +531,8 @@ class Lexer:
             argument = self._argument()
             if argument is not None:
                 after = self.position
-                self.position = argument[0]
+                usage = THEOREM_USAGE.match(self.text, argument[0], argument[1]) if name == "theorem" else None
+                self.position = argument[0] if usage is None else usage.end()
                 self._range(argument[1])
                 self.position = after
                 generics = _GENERICS.match(self.text, after, self.end)
@@ -592,6 +595,6 @@ _READERS: Final[dict[str, Callable[[Lexer, re.Match[str], int], None]]] = {
     "literal": Lexer._literal,
     "super": Lexer._super,
     "sign": Lexer._sign,
-    "group": Lexer._group,
+    "group": Lexer._skip,  # braces group for TeX alone
 }
 """What is done with each group of ``_TOKEN``."""

@@ -28,8 +28,9 @@ _FOLLOWING: Final = frozenset(
 )
 """What it says of a paragraph that speaks of objects which it cannot flatten, beside that."""
 
-_BETTER_SAID: Final = frozenset(["CSP630", "CSP631", "CSP635", "CSP639", "CSP644", "CSP646", *_LIMITS])
-"""What is said better with objects as references."""
+_OF_OBJECTS: Final = frozenset(["CSP630", "CSP631", "CSP635", "CSP639"])
+_BETTER_SAID: Final = frozenset(["CSP644", "CSP646", *_LIMITS])
+"""What is said better with objects as references: the first where a paragraph speaks of them, the others anywhere."""
 
 MOST_ROUNDS: Final = 20
 
@@ -67,11 +68,15 @@ def kept(
     for _ in range(MOST_ROUNDS):
         paragraphs = [d for d in left if isinstance(d, s.Paragraph)]
         failing: dict[int, Diagnostic] = {}
-        for diagnostic in _errors(error):
+        first: set[str] = set()
+        for diagnostic in sorted(_errors(error), key=lambda d: d.code not in _LIMITS):
             paragraph = _paragraph_at(paragraphs, diagnostic.span)
             if paragraph is None or not _is_limit(diagnostic, paragraph, paragraphs, reasons):
                 raise error
-            failing.setdefault(id(paragraph), diagnostic)
+            if diagnostic.code in _LIMITS:
+                first.update(_declares(paragraph))
+            if diagnostic.code in _LIMITS or not (_mentioned(paragraph) - set(_declares(paragraph))) & first:
+                failing.setdefault(id(paragraph), diagnostic)
         out = _with_users(paragraphs, failing, reasons, told)
         left = [d for d in left if id(d) not in out]
         try:
@@ -99,7 +104,7 @@ def check_alternatives(declarations: Sequence[syntax.Declaration]) -> None:
 
 
 def _has_alternatives(node: syntax.Node) -> bool:
-    return any(isinstance(part, s.Operator) and part.name in ("poly", "union") for part in _nodes(node))
+    return any(isinstance(part, s.Operator) and part.name in ("poly", "union", "contained") for part in _nodes(node))
 
 
 def _errors(error: ScriptError) -> list[Diagnostic]:
@@ -127,7 +132,9 @@ def _together(
         if any(_overlap(d.span, diagnostic.span) for d in found):
             # A class or an object that is no value of the flattening is one here.
             value = diagnostic.code == "CSP637" and diagnostic.labels
-            if not value and diagnostic.code not in _BETTER_SAID:
+            objects = paragraph is not None and _speaks_of_objects(paragraph, paragraphs, {})
+            better = diagnostic.code in _BETTER_SAID or (objects and diagnostic.code in _OF_OBJECTS)
+            if not value and not better:
                 own.append(diagnostic)
         elif paragraph is None or not _is_limit(diagnostic, paragraph, paragraphs, {}):
             own.append(diagnostic)
@@ -161,6 +168,11 @@ def _is_limit(
         return True
     if diagnostic.code not in _FOLLOWING:
         return False
+    return _speaks_of_objects(paragraph, paragraphs, reasons)
+
+
+def _speaks_of_objects(paragraph: s.Paragraph, paragraphs: Sequence[s.Paragraph], reasons: Mapping[str, str]) -> bool:
+    """Whether a paragraph uses objects, generic names without parameters, or what is left out."""
     names = {"self", "oid"} | {p.name for p in paragraphs if isinstance(p, s.Class)} | set(reasons)
     generic = {n for p in paragraphs if isinstance(p, s.Abbreviation | s.Axiom) and p.generics for n, _ in names_of(p)}
     used = {name for name, part in _uses(paragraph) if not isinstance(part, s.Inherit)}
@@ -227,7 +239,7 @@ def _with_users(
     for paragraph in paragraphs:
         if id(paragraph) in failing:
             diagnostic = failing[id(paragraph)]
-            leave_out(paragraph, diagnostic.message, diagnostic.span)
+            leave_out(paragraph, _reason(diagnostic, paragraph, paragraphs), diagnostic.span)
     while True:
         more = [
             (paragraph, sorted(used))
@@ -238,6 +250,24 @@ def _with_users(
             return out
         for paragraph, uses in more:
             leave_out(paragraph, f"it uses `{uses[0]}`", None)
+
+
+def _reason(diagnostic: Diagnostic, paragraph: s.Paragraph, paragraphs: Sequence[s.Paragraph]) -> str:
+    """Why a paragraph cannot be flattened, in words of the document."""
+    if diagnostic.code in _LIMITS:
+        return diagnostic.message
+    used = _mentioned(paragraph)
+    for name in ("self", "oid"):
+        if name in used:
+            return f"`{name}` would need a heap"
+    for other in paragraphs:
+        if isinstance(other, s.Class) and other.generics and other.name in used:
+            return f"objects of the generic class `{other.name}` as values would need a heap"
+        if isinstance(other, s.Abbreviation) and other.generics and other.name in used:
+            return f"objects of what `{other.name}` stands for would need a heap"
+    if any(isinstance(part, s.Renamed) for part in _nodes(paragraph)):
+        return "objects under other names of their features would need a heap"
+    return "what it says of the classes of its objects would need a heap"
 
 
 def _unasked(declarations: Sequence[syntax.Declaration], reasons: Mapping[str, str]) -> None:

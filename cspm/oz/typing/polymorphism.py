@@ -27,9 +27,7 @@ from typing import Any, TypeVar
 
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.oz import syntax as s
-from cspcheck.cspm.oz.objects.messages import no_class
 from cspcheck.cspm.oz.typing import messages as messages
-from cspcheck.cspm.oz.writing.printer import print_term
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax.tree import Declaration, NameDeclaration, Node
 
@@ -75,17 +73,8 @@ class _Alternatives:
             if value.name == "poly":
                 return self._poly(value)
             if value.name == "contained":
-                return self._contained(value)
+                return self._value(value.operands[0])  # it belongs to the attribute that names it in any case
         return self.rewritten(value) if isinstance(value, Node) else value
-
-    def _contained(self, node: s.Operator) -> s.Term:
-        """``C %own`` is ``C``: an object belongs to the attribute that names it in any case."""
-        inner: s.Term = node.operands[0]
-        if self._union(inner) is None and not _is_class(inner, self.classes):
-            self.report(no_class("an object that is contained", print_term(inner), inner.span))
-        found = self._value(inner)
-        assert isinstance(found, s.Term)
-        return found
 
     def _poly(self, node: s.Operator) -> s.Term:
         operand = node.operands[0]
@@ -181,12 +170,14 @@ class _Alternatives:
             operations=tuple(operations),
         )
 
-    def _attributes(self, name: str) -> Iterator[tuple[str, s.Term]]:
+    def _attributes(self, name: str, seen: frozenset[str] = frozenset()) -> Iterator[tuple[str, s.Term]]:
         """The visible variables of a class with what they are taken from, where the script's names tell that."""
         tree = self.classes[name]
         for inherit in tree.inherits:
-            if inherit.name in self.classes and not inherit.renamings and not inherit.arguments:
-                yield from self._attributes(inherit.name)
+            if inherit.name in seen or inherit.renamings or inherit.arguments:
+                continue
+            if inherit.name in self.classes:
+                yield from self._attributes(inherit.name, seen | {name})
         local = {n for p in tree.paragraphs for n in _declared(p)}
         visible = None if tree.visibility is None else {v.name for v in tree.visibility}
         state = tree.state
@@ -197,14 +188,14 @@ class _Alternatives:
                 if visible is None or declared.name in visible:
                     yield declared.name, declaration.carrier
 
-    def _operations(self, name: str) -> dict[str, None]:
+    def _operations(self, name: str, seen: frozenset[str] = frozenset()) -> dict[str, None]:
         """The visible operations of a class, inherited ones among them."""
         tree = self.classes[name]
         found: dict[str, None] = {}
         for inherit in tree.inherits:
-            if inherit.name in self.classes:
+            if inherit.name in self.classes and inherit.name not in seen:
                 new = {old.name: new.name for new, old in inherit.renamings}
-                found |= {new.get(o, o): None for o in self._operations(inherit.name)}
+                found |= {new.get(o, o): None for o in self._operations(inherit.name, seen | {name})}
         found |= {operation.name: None for operation in tree.operations}
         if tree.visibility is not None:
             visible = {v.name for v in tree.visibility}
@@ -219,16 +210,6 @@ def _declared(paragraph: s.Paragraph) -> Iterator[str]:
             yield from (d.name for declaration in paragraph.declarations for d in declaration.names)
         case s.Abbreviation() | s.FreeType() | s.Schema():
             yield paragraph.name
-
-
-def _is_class(term: s.Term, classes: Mapping[str, s.Class]) -> bool:
-    """Whether a term is made of a class: ``C[T]``, ``poly C``, ``C[new/old]``."""
-    while True:
-        match term:
-            case s.Grouped(inner=inner) | s.Renamed(term=inner) | s.Operator(name="poly", operands=(inner,)):
-                term = inner
-            case _:
-                return isinstance(term, s.Reference) and term.name in classes
 
 
 def _names(term: s.Term) -> set[str]:

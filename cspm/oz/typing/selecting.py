@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from cspcheck.cspm.oz import core, syntax as s
@@ -13,6 +13,7 @@ from cspcheck.cspm.oz.typing.fitting import Misfit, fit
 from cspcheck.cspm.oz.typing.identities import POOL, pool_of
 from cspcheck.cspm.oz.typing.scopes import ClassEntry, ObjectEntry, TypingScope, VariableEntry
 from cspcheck.cspm.oz.typing.typing_operators import Wrong
+from cspcheck.cspm.oz.values.substitution import substituted
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.spelling import suggestions
 
@@ -41,6 +42,45 @@ def selected(node: s.Selection, record: Term, records: Mapping[str, core.RecordD
             return core.Field(type=type_, record=record, name=name, span=node.span)
     names = [name for name, _ in record.type.fields]
     raise Wrong(messages.no_such_field(node.field, record.type.name, node.span, suggestions(node.field, names)))
+
+
+def attribute(
+    node: s.Selection,
+    entry: ObjectEntry,
+    index: Term | None,
+    scope: TypingScope,
+    reference: Callable[[s.Reference], Term],
+) -> Term:
+    """``a.x``, ``a.INIT``, where a is an object; *reference* types the name that its variable has.
+
+    Raises:
+        Wrong: the object has no such feature.
+    """
+    if node.field in ("INIT", "Init", "init"):
+        said = core.conjunction(entry.initial, node.span)
+        if index is None or entry.binder is None:
+            return said
+        name = entry.binder.name
+        return substituted(said, lambda v: index if v.name == name else None)
+    written = f"{entry.name}.{node.field}"
+    if scope.find(written) is None:
+        start = f"{entry.name}."
+        names = [n.removeprefix(start) for n in scope.names() if n.startswith(start)]
+        raise Wrong(messages.no_such_field(node.field, entry.owner, node.span, suggestions(node.field, names)))
+    value = reference(s.Reference(span=node.span, name=written, decoration=node.decoration))
+    if index is None or node.field in entry.shared:
+        return value
+    assert isinstance(value.type, core.FunctionType)
+    return Apply(type=value.type.range, operator="apply", operands=(value, index), span=node.span)
+
+
+def of_object_after(node: s.Selection, scope: TypingScope) -> s.Selection:
+    """``a'.x`` of an object that *a* names for ever is ``a.x'``."""
+    match node:
+        case s.Selection(record=s.Reference(decoration="'", name=name) as record, decoration=""):
+            if isinstance(scope.find(name), ObjectEntry):
+                return replace(node, record=replace(record, decoration=""), decoration="'")
+    return node
 
 
 def made_record(given: Mapping[str, Term], records: Mapping[str, core.RecordDefinition], span: Span) -> Term:

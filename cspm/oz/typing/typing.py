@@ -58,7 +58,16 @@ from cspcheck.cspm.oz.typing.scopes import (
     VariableEntry,
     named,
 )
-from cspcheck.cspm.oz.typing.selecting import has_objects, made_record, names_apart, pool_in, qualified, selected
+from cspcheck.cspm.oz.typing.selecting import (
+    attribute,
+    has_objects,
+    made_record,
+    names_apart,
+    of_object_after,
+    pool_in,
+    qualified,
+    selected,
+)
 from cspcheck.cspm.oz.typing.typing_operators import (
     RULES,
     Wrong,
@@ -72,7 +81,6 @@ from cspcheck.cspm.oz.typing.typing_operators import (
     partition,
     toolkit_function,
 )
-from cspcheck.cspm.oz.values.substitution import substituted
 from cspcheck.cspm.oz.writing.printer import print_term
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.spelling import suggestions
@@ -481,16 +489,17 @@ class Typing:
         return Apply(type=range_, operator="apply", operands=(applied, argument), span=node.span)
 
     def _selection(self, node: s.Selection, scope: TypingScope, place: PredicatePlace) -> Term:
+        node = of_object_after(node, scope)
         of_class = qualified(node, scope)
         if of_class is not None:
             return of_class
         found = self.object(node.record, scope, place)
         if found is not None:
-            return self._attribute(node, *found, scope, place)
+            return attribute(node, *found, scope, lambda r: self._reference(r, scope, place))
         record = self._term(node.record, scope, place)
         pool = pool_in(scope, record.type)
         if pool is not None:
-            return self._attribute(node, pool, record, scope, place)
+            return attribute(node, pool, record, scope, lambda r: self._reference(r, scope, place))
         return selected(node, record, self._records)
 
     def object_value(self, node: s.Term, scope: TypingScope, place: PredicatePlace) -> tuple[ObjectEntry, Term] | None:
@@ -531,28 +540,6 @@ class Typing:
         found = self.object_value(node.record, scope, place)
         entry = None if found is None else scope.find(f"{found[0].name}.{node.field}")
         return (entry, found[1]) if found is not None and isinstance(entry, ObjectEntry) else None
-
-    def _attribute(
-        self, node: s.Selection, entry: ObjectEntry, index: Term | None, scope: TypingScope, place: PredicatePlace
-    ) -> Term:
-        """``a.x``, ``a.INIT``, where a is an object."""
-        if node.field in ("INIT", "Init", "init"):
-            said = core.conjunction(entry.initial, node.span)
-            if index is None or entry.binder is None:
-                return said
-            name = entry.binder.name
-            return substituted(said, lambda v: index if v.name == name else None)
-        written = f"{entry.name}.{node.field}"
-        if scope.find(written) is None:
-            start = f"{entry.name}."
-            names = [n.removeprefix(start) for n in scope.names() if n.startswith(start)]
-            raise Wrong(messages.no_such_field(node.field, entry.owner, node.span, suggestions(node.field, names)))
-        reference = s.Reference(span=node.span, name=written, decoration=node.decoration)
-        value = self._reference(reference, scope, place)
-        if index is None or node.field in entry.shared:
-            return value
-        assert isinstance(value.type, FunctionType)
-        return Apply(type=value.type.range, operator="apply", operands=(value, index), span=node.span)
 
     # --- displays and comprehensions --------------------------------------------------------------------------
 

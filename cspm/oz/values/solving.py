@@ -9,31 +9,29 @@ the variable is in, between bounds, or last from the variable's carrier or the f
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import (
     Apply,
-    Constant,
-    Construct,
-    Field,
     FiniteReading,
     If,
     Quantifier,
-    Record,
     Term,
     Variable,
 )
 from cspcheck.cspm.oz.values.carriers import Frame, Unbounded, Undefined
 from cspcheck.cspm.oz.values.enumeration import Enumeration, Member, enumeration, membership
+from cspcheck.cspm.oz.values.isolating import concatenated, isolated
 from cspcheck.cspm.oz.values.terms import Name, conjuncts, free_variables, negated
 from cspcheck.cspm.source import Span
 
 if TYPE_CHECKING:
     from cspcheck.cspm.oz.values.evaluation import FrameScope, TermEvaluator
 
+Code: TypeAlias = Callable[[Frame], Any]
 Emit: TypeAlias = Callable[[Frame], bool]
 """Told of each solution, which the frame holds; True ends the search."""
 SolvingStep: TypeAlias = Callable[[Frame, Emit], bool]
@@ -343,6 +341,7 @@ class _Planner:
                     right = Apply(type=core.SetType(right.type), operator="power", operands=(right,), span=right.span)
                 found = enumeration(self.evaluator, right, self.scope)
                 ways.append(_Way(0 if found.exact else 3 if found.bounded else 5, found, True))
+        ways += [_Way(0, found, True) for term in pending for found in self._ends(unknown, term, keys)]
         between = self._between(unknown, pending, keys)
         if between is not None:
             ways.append(_Way(1, between, True))
@@ -352,6 +351,20 @@ class _Planner:
         else:
             ways.append(_Way(6, Enumeration(lambda frame: _nowhere(unknown), (), False), False))
         return min(ways, key=lambda way: way.rank)
+
+    def _ends(self, unknown: SoughtVariable, term: Term, keys: frozenset[Name]) -> Iterator[Enumeration]:
+        """The beginnings of a known sequence that is equal to a concatenation with the unknown first; or its ends."""
+        if not (isinstance(term, Apply) and term.operator == "equal"):
+            return
+        for pattern, value in (term.operands, term.operands[::-1]):
+            if not (isinstance(pattern, Apply) and pattern.operator == "concat" and self.free(value).isdisjoint(keys)):
+                continue
+            items = tuple(concatenated(pattern))
+            code = self.evaluator.code(value, self.scope)
+            if _is(items[0], unknown.key):
+                yield Enumeration(_beginnings(code))
+            elif _is(items[-1], unknown.key):
+                yield Enumeration(_endings(code))
 
     def _between(self, unknown: SoughtVariable, pending: tuple[Term, ...], keys: frozenset[Name]) -> Enumeration | None:
         """All integers between bounds that the predicate and the carrier give, if there are both."""
@@ -390,6 +403,14 @@ class _Way:
     rank: int
     enumeration: Enumeration
     check_carrier: bool
+
+
+def _beginnings(code: Code) -> Code:
+    return lambda frame: [sequence[:length] for sequence in (code(frame),) for length in range(len(sequence) + 1)]
+
+
+def _endings(code: Code) -> Code:
+    return lambda frame: [sequence[length:] for sequence in (code(frame),) for length in range(len(sequence) + 1)]
 
 
 def _nowhere(unknown: SoughtVariable) -> Iterable[Any]:
@@ -440,139 +461,3 @@ def _has_equation(term: Term, keys: frozenset[Name]) -> bool:
         case Apply(operator="equal"):
             return any(not free_variables(operand).isdisjoint(keys) for operand in term.operands)
     return False
-
-
-# --- equations -------------------------------------------------------------------------------------------------------
-
-Free: TypeAlias = Callable[[Term], frozenset[Name]]
-
-
-@dataclass(frozen=True, slots=True)
-class Instead:
-    """Simpler conjuncts that say the same as one."""
-
-    conjuncts: tuple[Term, ...]
-
-
-def isolated(term: Term, keys: frozenset[Name], free: Free = free_variables) -> tuple[Name, Term] | Instead | None:
-    """What an equation says of an unknown: its value, or simpler equations; None if it is no such equation."""
-    match term:
-        case Variable(type=core.BoolType()) if (term.name, term.role) in keys:
-            return (term.name, term.role), Constant(type=core.BOOL, value=True)
-        case Apply(operator="not", operands=(Variable() as variable,)) if (variable.name, variable.role) in keys:
-            return (variable.name, variable.role), Constant(type=core.BOOL, value=False)
-        case Apply(operator="equal" | "iff", operands=(a, b)):
-            for pattern, value in ((a, b), (b, a)):
-                if free(value).isdisjoint(keys):
-                    return _matched(pattern, value, keys, free)
-    return None
-
-
-def _equation(a: Term, b: Term) -> Term:
-    return Apply(type=core.BOOL, operator="equal", operands=(a, b), span=a.span)
-
-
-def _matched(pattern: Term, value: Term, keys: frozenset[Name], free: Free) -> tuple[Name, Term] | Instead | None:
-    """*pattern* = *value*, where only the pattern has unknowns."""
-    match pattern:
-        case Variable():
-            return (pattern.name, pattern.role), value
-        case Record():
-            kind = pattern.type
-            assert isinstance(kind, core.RecordType)
-            fields = [Field(type=t, record=value, name=name, span=value.span) for name, t in kind.fields]
-            return Instead(tuple(map(_equation, pattern.values, fields)))
-        case Construct(argument=Term() as argument):
-            return _constructed(pattern, argument, value)
-        case Apply():
-            simpler = _SIMPLER.get(pattern.operator)
-            if simpler is not None:
-                return simpler(pattern, value, keys, free)
-    return None
-
-
-def _constructed(pattern: Construct, argument: Term, value: Term) -> Instead:
-    # The rank of a constructor is its place in the definition, which only the evaluator knows.
-    bare = Construct(type=pattern.type, constructor=pattern.constructor, span=pattern.span)
-    rank = Apply(type=core.INT, operator="%rank", operands=(value,), span=value.span)
-    mine = Apply(type=core.INT, operator="%rank", operands=(bare,), span=pattern.span)
-    inner = Apply(type=argument.type, operator="%argument", operands=(value,), span=value.span)
-    return Instead((_equation(rank, mine), _equation(argument, inner)))
-
-
-def _integer(value: int) -> Term:
-    return Constant(type=core.INT, value=value)
-
-
-def _apply(operator: str, type_: core.Type, *operands: Term) -> Term:
-    return Apply(type=type_, operator=operator, operands=operands, span=operands[0].span)
-
-
-Simplify: TypeAlias = Callable[[Apply, Term, frozenset[Name], Free], "tuple[Name, Term] | Instead | None"]
-
-
-def _of_tuple(pattern: Apply, value: Term, keys: frozenset[Name], free: Free) -> Instead:
-    items = [_apply("item", p.type, value, _integer(i)) for i, p in enumerate(pattern.operands)]
-    return Instead(tuple(map(_equation, pattern.operands, items)))
-
-
-def _of_sum(pattern: Apply, value: Term, keys: frozenset[Name], free: Free) -> tuple[Name, Term] | Instead | None:
-    a, b = pattern.operands
-    if free(b).isdisjoint(keys):
-        inverse = "minus" if pattern.operator == "plus" else "plus"
-        return Instead((_equation(a, _apply(inverse, value.type, value, b)),))
-    if free(a).isdisjoint(keys):
-        operands = (value, a) if pattern.operator == "plus" else (a, value)
-        return Instead((_equation(b, _apply("minus", value.type, *operands)),))
-    return None
-
-
-def _of_negation(pattern: Apply, value: Term, keys: frozenset[Name], free: Free) -> Instead:
-    return Instead((_equation(pattern.operands[0], _apply("negate", value.type, value)),))
-
-
-def _of_real(pattern: Apply, value: Term, keys: frozenset[Name], free: Free) -> Instead:
-    whole = _apply("floor", core.INT, value)
-    is_whole = _equation(value, _apply("int_to_real", core.REAL, whole))
-    return Instead((is_whole, _equation(pattern.operands[0], whole)))
-
-
-def _of_sequence(pattern: Apply, value: Term, keys: frozenset[Name], free: Free) -> Instead:
-    length = _equation(_apply("length", core.INT, value), _integer(len(pattern.operands)))
-    return Instead((length, *_items(pattern.operands, value, 1)))
-
-
-def _items(patterns: Sequence[Term], value: Term, first: int) -> list[Term]:
-    return [_equation(p, _apply("apply", p.type, value, _integer(i))) for i, p in enumerate(patterns, first)]
-
-
-def _of_concatenation(pattern: Apply, value: Term, keys: frozenset[Name], free: Free) -> Instead | None:
-    left, right = pattern.operands
-    length = _apply("length", core.INT, value)
-    if isinstance(left, Apply) and left.operator == "sequence":
-        count = len(left.operands)
-        enough = Apply(type=core.BOOL, operator="at_most", operands=(_integer(count), length))
-        rest = _apply("%drop", value.type, value, _integer(count))
-        return Instead((enough, *_items(left.operands, value, 1), _equation(right, rest)))
-    if isinstance(right, Apply) and right.operator == "sequence":
-        count = len(right.operands)
-        enough = Apply(type=core.BOOL, operator="at_most", operands=(_integer(count), length))
-        rest = _apply("%drop_last", value.type, value, _integer(count))
-        before = _apply("minus", core.INT, length, _integer(count))
-        items = [
-            _equation(p, _apply("apply", p.type, value, _apply("plus", core.INT, before, _integer(i))))
-            for i, p in enumerate(right.operands, 1)
-        ]
-        return Instead((enough, _equation(left, rest), *items))
-    return None
-
-
-_SIMPLER: Final[dict[str, Simplify]] = {
-    "tuple": _of_tuple,
-    "plus": _of_sum,
-    "minus": _of_sum,
-    "negate": _of_negation,
-    "int_to_real": _of_real,
-    "sequence": _of_sequence,
-    "concat": _of_concatenation,
-}

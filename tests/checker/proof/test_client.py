@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -15,6 +18,7 @@ from cspcheck.checker.proof import channel, client, kept
 from cspcheck.checker.proof.client import SolverClient, SolverProcess
 from cspcheck.checker.proof.question import Constraint, Found, Impossible, Question, Request, SolverSettings, Unanswered
 from cspcheck.checker.proof.terms import equal, integer
+from cspcheck.cspm import caches
 from cspcheck.cspm.interruption import Stopped
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Variable
@@ -91,6 +95,73 @@ def test_one_that_works_far_too_long_is_ended(process: SolverProcess, monkeypatc
     assert solver(process).ask(IMPOSSIBLE) == Unanswered("the solver did not answer")
 
 
+def test_an_obligation_is_given_up_when_the_solver_loses_count_again(
+    process: SolverProcess, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Once may be a mishap; then the next question may work as long as it should, and the one after it is not asked."""
+    asked = solver(process, seconds=20.0)
+    worked: list[float] = []
+    ask = process.ask
+
+    def loses_count(*arguments: Any) -> Any:
+        worked.append(arguments[3])
+        if len(worked) <= 2:
+            raise client.LostCount(client.NO_ANSWER)
+        return ask(*arguments)
+
+    monkeypatch.setattr(process, "ask", loses_count)
+    asked.begin()
+    assert not asked.is_late
+    for _ in range(3):
+        assert asked.ask(IMPOSSIBLE) == Unanswered("the solver did not answer")
+    assert (worked, asked.is_late) == ([client.OVERWORK, 1], True)
+    asked.begin()
+    assert (asked.ask(IMPOSSIBLE), asked.is_late) == (Impossible(), False)
+
+
+def test_the_time_of_an_obligation_is_shared_by_its_questions(process: SolverProcess) -> None:
+    passed = iter([0.0, 1.0, 3.5, 4.5, 5.0, 6.0])
+    asked = SolverClient(SPECIFICATION, None, SolverSettings(limit=4.0), lambda: next(passed), process)
+    asked.begin()
+    assert isinstance(asked.ask(POSSIBLE), Found)
+    assert asked.ask(IMPOSSIBLE) == Impossible()
+    assert asked.ask(IMPOSSIBLE) == Unanswered("the time limit was reached")
+    asked.begin()
+    assert asked.ask(IMPOSSIBLE) == Impossible()
+
+
+def test_each_finding_has_a_time_of_its_own() -> None:
+    passed = iter([0.0, 1.0, 2.0, 2.5])
+    asked = SolverClient(SPECIFICATION, None, SolverSettings(limit=1.0), lambda: next(passed))
+    assert list(asked.one_after_another("ab")) == ["a", "b"]
+    assert not asked.is_late
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not tell of parents")
+def test_a_solver_that_works_does_not_outlive_who_asked_it() -> None:
+    """Somebody who was killed could not end it."""
+    busy = "from cspcheck.checker.proof import worker; worker.LOOK = 0.01; worker.leave_with(%d); print(1, flush=True)"
+    asking = f"""
+import os, subprocess, sys
+solver = subprocess.Popen([sys.executable, "-c", {busy!r} % os.getpid() + chr(10) + "while True: pass"], stdout=-1)
+solver.stdout.readline()
+print(solver.pid, flush=True)
+solver.wait()
+"""
+    with subprocess.Popen([sys.executable, "-c", asking], stdout=subprocess.PIPE, text=True) as running:
+        assert running.stdout is not None
+        solver_process = int(running.stdout.readline())
+        running.kill()
+    for _ in range(6_000):
+        shown = subprocess.run(
+            ["ps", "-o", "stat=", "-p", str(solver_process)], capture_output=True, text=True, check=False
+        )
+        if shown.stdout.strip() in ("", "Z"):  # a process that waits to be taken note of counts as ended
+            return
+        time.sleep(0.01)
+    raise AssertionError("it goes on")
+
+
 def test_who_is_stopped_ends_the_solver(process: SolverProcess) -> None:
     solver(process).ask(POSSIBLE)
     pid = running(process)
@@ -129,21 +200,48 @@ class TestKeptAnswers:
     ) -> None:
         answers = kept.KeptAnswers(SPECIFICATION, None)
         request = Request("ask", POSSIBLE, 10.0, (1, 2), 1)
-        keys = {answers.key(request)}
-        keys.add(answers.key(Request("ask", IMPOSSIBLE, 10.0, (1, 2), 1)))
-        keys.add(answers.key(Request("ask", POSSIBLE, 5.0, (1, 2), 1)))
-        keys.add(answers.key(Request("ask", POSSIBLE, 10.0, (1,), 1)))
-        keys.add(answers.key(Request("conflict", POSSIBLE, 10.0, (1, 2), 1)))
+        requests = [
+            request,
+            Request("ask", IMPOSSIBLE, 10.0, (1, 2), 1),
+            Request("ask", POSSIBLE, 5.0, (1, 2), 1),
+            Request("ask", POSSIBLE, 10.0, (1,), 1),
+            Request("conflict", POSSIBLE, 10.0, (1, 2), 1),
+        ]
+        names = [answers.keys(each) for each in requests]
         monkeypatch.setattr(kept, "_versions", lambda: ("other",))
-        keys.add(answers.key(request))
-        assert len(keys) == 6
+        names.append(answers.keys(request))
+        found = [name for name in names if name is not None]
+        assert len({whole for _, whole in found}) == 6
+        # What is proved holds whatever the effort.
+        assert len({proved for proved, _ in found}) == 5
+        assert found[0][0] == found[2][0]
+
+    def test_a_proof_is_one_whatever_the_effort(self, process: SolverProcess) -> None:
+        first = solver(process, seconds=4.0)
+        first.ask(IMPOSSIBLE)
+        first.ask(POSSIBLE)
+        process.end()
+        assert solver(process, seconds=10.0).ask(IMPOSSIBLE) == Impossible()
+        assert process._process is None
+        solver(process, seconds=10.0).ask(POSSIBLE)
+        assert process._process is not None
+
+    def test_a_limit_in_time_finds_what_an_earlier_run_with_it_has_kept(self, process: SolverProcess) -> None:
+        solver(process, limit=4.0).ask(POSSIBLE)
+        process.end()
+        later = SolverClient(SPECIFICATION, settings=SolverSettings(limit=4.0), process=process)
+        passed = iter([0.0, 0.9, 0.9])
+        later._clock = lambda: next(passed)
+        later.begin()
+        assert isinstance(later.ask(POSSIBLE), Found)
+        assert process._process is None
 
     def test_do_not_depend_on_where_something_stands(self, process: SolverProcess) -> None:
         answers = kept.KeptAnswers(SPECIFICATION, None)
         source = Source("x.csp", "some text")
         here = Question((Constraint(equal(X, integer(5)), "claim", source.span(0, 4)),), (X,))
         there = Question((Constraint(equal(X, integer(5)), "claim", source.span(5, 9)),), (X,))
-        assert answers.key(Request("ask", here, 1.0, (), 1)) == answers.key(Request("ask", there, 1.0, (), 1))
+        assert answers.keys(Request("ask", here, 1.0, (), 1)) == answers.keys(Request("ask", there, 1.0, (), 1))
 
     def test_a_damaged_one_is_found_anew(self, process: SolverProcess, tmp_path: Path) -> None:
         solver(process).ask(IMPOSSIBLE)
@@ -153,6 +251,23 @@ class TestKeptAnswers:
             path.write_bytes(damage)
             assert solver(process).ask(IMPOSSIBLE) == Impossible()
             assert path.read_bytes() == whole
+
+    def test_damage_is_told_once(
+        self,
+        process: SolverProcess,
+        tmp_path: Path,
+        caplog: pytest.LogCaptureFixture,
+        monkeypatch: pytest.MonkeyPatch,
+    ) -> None:
+        monkeypatch.setattr(caches, "_told", set())
+        solver(process).ask(IMPOSSIBLE)
+        solver(process).ask(POSSIBLE)
+        folder = tmp_path / "cspcheck" / "proofs"
+        for path in [path for path in folder.rglob("*") if path.is_file()]:
+            path.write_bytes(b"")
+        assert solver(process).ask(IMPOSSIBLE) == Impossible()
+        assert isinstance(solver(process).ask(POSSIBLE), Found)
+        assert caplog.messages == [f"the cache `{folder}` has damaged files, which are made anew"]
 
     def test_that_one_was_ended_is_not_kept(self, process: SolverProcess, tmp_path: Path) -> None:
         solver(process).ask(POSSIBLE)
@@ -177,7 +292,7 @@ class TestKeptAnswers:
         monkeypatch.setattr(kept, "tidy", lambda folder: looked.append(key))
         for number in range(1024):
             key = f"{number * 0x10001 % 2**32:08x}".ljust(64, "0")
-            kept.KeptAnswers(SPECIFICATION, None).keep(key, Impossible(), ())
+            kept.KeptAnswers(SPECIFICATION, None).keep((key, key), Impossible(), ())
         assert 4 <= len(looked) <= 16
 
 

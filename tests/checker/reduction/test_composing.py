@@ -177,8 +177,58 @@ assert Chain :[deterministic]
 """
 
 
+SIDE_BY_SIDE = r"""
+N = {n}
+ID = {{1..N}}
+channel get, put, s1, s2, s3 : ID
+channel go, x, y, done
+Cell(i) = get.i -> s1.i -> (s2.i -> s3.i -> put.i -> Cell(i) [] s3.i -> s2.i -> put.i -> Cell(i))
+Inside = ||| i:ID @ Cell(i) \ {{s1.i, s2.i, s3.i}}
+Outside = (||| i:ID @ Cell(i)) \ {{| s1, s2, s3 |}}
+Box(i) = get.i -> put.i -> Box(i)
+assert Inside :[deadlock free [F]]
+assert Outside :[deadlock free [FD]]
+assert Outside :[divergence free]
+assert ||| i:ID @ Box(i) [FD= Inside
+assert Outside :[deterministic]
+"""
+
+ALIKE = r"""
+N = {n}
+channel go, x, y, done
+Loop = go -> x -> y -> done -> Loop
+Many = ||| i:{{1..N}} @ Loop \ {{x, y}}
+Count(k) = k < N & go -> Count(k+1) [] k > 0 & done -> Count(k-1)
+assert Count(0) [FD= Many
+assert Many :[deterministic]
+assert Many :[has trace [FD]]: <go, go, done, go>
+Stuck = go -> x -> (y -> done -> Stuck |~| STOP)
+Stopping = ||| i:{{1..N}} @ Stuck \ {{x, y}}
+assert Stopping :[deadlock free [F]]
+assert Count(0) [F= Stopping
+"""
+
+
 class TestLargeSystems:
     """Without any compression in the script."""
+
+    def test_components_side_by_side_with_hidden_events_of_their_own(self) -> None:
+        """Five states each become two, wherever the hiding stands; where no event matters, one."""
+        outcomes = list(answers(SIDE_BY_SIDE.format(n=10)))
+        assert [outcome.verdict for outcome in outcomes] == [Verdict.PASS] * 5
+        assert [outcome.states for outcome in outcomes[:2]] == [1, 1]
+        assert [outcome.states for outcome in outcomes[3:]] == [2**10, 2**10]
+
+    def test_equal_components_side_by_side_are_counted(self) -> None:
+        outcomes = list(answers(ALIKE.format(n=40)))
+        assert [outcome.verdict for outcome in outcomes] == [Verdict.PASS] * 3 + [Verdict.FAIL] * 2
+        assert all(outcome.states < 2_500 for outcome in outcomes)
+        deadlock, refusal = (outcome.counterexample for outcome in outcomes[3:])
+        assert deadlock is not None
+        assert refusal is not None
+        assert deadlock.kind == "deadlock"
+        assert sorted(event for event in visible(outcomes[3])) == ["go"] * 40
+        assert refusal.kind == "refusal"
 
     def test_a_scheduler_of_forty_cells(self) -> None:
         outcomes = list(answers(RING.format(n=40)))

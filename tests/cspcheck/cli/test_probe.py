@@ -280,3 +280,12 @@ def test_the_whole_vehicle_can_be_probed_from_a_pipe() -> None:
 
     assert "after 25 steps" in done.stdout
     assert done.stderr == ""
+
+
+def test_numbers_that_nobody_means(probe: Talk) -> None:
+    nines = "9" * 5_000
+    commands = [nines, f"walk {nines}", "walk 100001", f"undo {nines}", f"next {nines}", f"walk 3 {nines}", "\u00b2"]
+    code, out, _ = probe("SCRIPT", "P", commands="; ".join(commands))
+    assert code == 1
+    assert "a walk has 100,000 steps at most" in out
+    assert out.count("is not a whole number above zero") == 2  # walk, undo; there is no counterexample to follow

@@ -54,3 +54,27 @@ def test_pictures(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatc
     out = tmp_path / "x.svg"
     assert said([f":graph STOP {out}"], capsys, monkeypatch) == (0, f"{out}\n")
     assert out.read_text().startswith("<svg")
+
+
+def test_what_is_typed_never_acts_on_the_terminal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    escape = "\x1b[31m\x07"
+    lines = [f'"{escape}"', f":{escape}", f":type {escape}", f":run {escape}", f":load {escape}", f"assert {escape}"]
+    lines += [f":graph STOP {tmp_path}/{escape}.svg", f":graph {escape}", f":probe {escape}", escape]
+    code, text = said(lines, capsys, monkeypatch)
+    assert code == 1
+    assert len(text.splitlines()) >= len(lines)
+    assert not {character for character in text if character < " "} - {"\n"}
+
+
+def test_numbers_and_pictures_that_are_not_said_well(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    code, text = said(
+        [f":run {'9' * 5_000}", ":run \u00b2", ":graph", ":graph STOP", "(" * 100_000], capsys, monkeypatch
+    )
+    assert code == 1
+    assert text.count("there is no assertion") == 2
+    assert text.count("say which process and which file") == 2
+    assert text.count("error[CSP") == 1

@@ -26,6 +26,7 @@ from cspcheck.cspm.oz.core import (
 from cspcheck.cspm.oz.values.carriers import Carrier, TooLarge, Unbounded, Undefined
 from cspcheck.cspm.oz.values.evaluation import FrameScope, TermEvaluator
 from cspcheck.cspm.oz.values.solving import SoughtVariable, solver
+from cspcheck.cspm.oz.values.terms import free_variables
 from cspcheck.cspm.oz.values.values import Construction, Element, Graph, show
 from cspcheck.cspm.source import Source, Span
 from tests.cspm.oz.naive import FUN, INTS, NAMES, REL, SEQ, TRUE, apply, environments, interpret, number, terms
@@ -304,3 +305,37 @@ def test_constants_are_found_from_their_axioms() -> None:
 
 def test_the_names_of_the_tests_terms_are_all_used() -> None:
     assert set(NAMES.values()) == {BOOL, INT, INTS, SEQ, FUN, REL}
+
+
+@given(st.data(), st.lists(st.integers(0, 2), max_size=4).map(tuple))
+def test_all_ways_to_take_a_sequence_apart_are_found(data: st.DataObject, whole: tuple[int, ...]) -> None:
+    """Concatenations of unknown sequences, known ones, and single items, bracketed anyhow."""
+    names = ("x%0", "x%1")
+    part = st.sampled_from(
+        [bound("x%0", SEQ), bound("x%1", SEQ), before("q", SEQ), apply("sequence", SEQ, bound("x%2", INT))]
+    )
+    items = data.draw(st.lists(part, min_size=2, max_size=4))
+    while len(items) > 1:
+        at = data.draw(st.integers(0, len(items) - 2))
+        items[at : at + 2] = [apply("concat", SEQ, *items[at : at + 2])]
+    predicates = [apply("equal", BOOL, *data.draw(st.permutations([items[0], before("s", SEQ)])))]
+    env: dict[str, Any] = {"s": whole, "q": data.draw(st.sampled_from([(), (0,), (0, 1)]))}
+    sequences = [s for n in range(5) for s in product(range(3), repeat=n)]
+    keys = [name for name in (*names, "x%2") if (name, "bound") in free_variables(predicates[0])]
+    choices = [range(3) if name == "x%2" else sequences for name in keys]
+    expected = {v for v in product(*choices) if interpret(predicates[0], {**env, **dict(zip(keys, v, strict=True))})}
+
+    scope = FrameScope(assignment(env))
+    sets = {"x%2": apply("range", INTS, number(0), number(2))}
+    all_sequences = apply("seq", SetType(SEQ), apply("Int", INTS))
+    found = solver(EVALUATOR, scope, [SoughtVariable(n, "bound", sets.get(n, all_sequences)) for n in keys], predicates)
+    solutions: set[tuple[Any, ...]] = set()
+
+    def take(frame: list[Any]) -> bool:
+        solutions.add(tuple(frame[scope.slot(name, "bound")] for name in keys))
+        return False
+
+    found.run(scope.frame(assignment(env)), take)
+
+    assert found.exact
+    assert solutions == expected

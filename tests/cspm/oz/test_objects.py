@@ -158,3 +158,23 @@ def test_an_object_within_itself_is_refused() -> None:
 def test_a_process_is_no_attribute() -> None:
     text = "class P\n  chan c\n  main = c -> main\nend\nclass C\n  state\n    p : P\nend"
     assert refusal(text).code == "CSP637"
+
+
+PAIR = """class Cell
+  state n : 0..2
+  init n = 0
+  op up = [Delta(n) | n' = n + 1]
+end
+class Pair
+  state a, b : Cell
+  init a.INIT and b.INIT
+  op both = a.up and [a'.n <= 1] and b.up
+  op one = a.up and [a'.n > b.n]
+end
+"""
+
+
+@pytest.mark.parametrize(("trace", "verdict"), [("both", "pass"), ("both, both", "fail"), ("both, one", "pass")])
+def test_an_attribute_after_is_that_of_the_object_after(trace: str, verdict: str) -> None:
+    claim = f"Pair :[has trace]: <{trace}>"
+    assert outcome(f"{PAIR}assert {claim}\n", claim)[0] == verdict

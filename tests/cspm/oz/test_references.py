@@ -319,3 +319,18 @@ def test_two_parents_with_different_constants_are_a_mistake() -> None:
     with pytest.raises(ScriptError) as error:
         elaborated("class A\n  size == 1\nend\nclass B\n  size == 2\nend\nclass C\n  inherit A, B\nend\n")
     assert [d.code for d in error.value.diagnostics] == ["CSP657"]
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("class A\n  state n : nat; me : power A\n  where me = {self}\nend\n", "an object of `A` within itself"),
+        ("class A\n  state n : nat\n  op twice = [a : oid | a = self]\nend\n", "`self` would need a heap"),
+        (TYPED["any object"], "`oid` would need a heap"),
+        (TYPED["a class under other names"], "objects of the generic class `Cell` as values would need a heap"),
+        (TYPED["an operation that is defined by itself"], "`walk` is defined by itself"),
+        (LAMPS + "const l : poly Lamp where l in Dimmer end\n", "what it says of the classes of its objects"),
+    ],
+)
+def test_the_reason_is_told_in_words_of_the_document(text: str, reason: str) -> None:
+    assert elaborated(text).warnings[0].message.split("cannot be run: ")[1].startswith(reason)
