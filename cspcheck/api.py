@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
+from numbers import Integral, Real
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
 from cspcheck import checking
@@ -75,7 +76,9 @@ def loads(
 
     overrides = {constant: _as_text(value) for constant, value in (definitions or {}).items()}
     semantics = ClassReading(view, outputs)
-    loaded = script.load(Source(name, text), overrides=overrides, typecheck=typecheck, semantics=semantics)
+    loaded = script.load(
+        Source(name, _text("script", text)), overrides=overrides, typecheck=typecheck, semantics=semantics
+    )
     settings = checking.Settings(definitions=overrides, typecheck=typecheck, view=view, outputs=outputs)
     return Script(loaded, settings)
 
@@ -196,6 +199,7 @@ class Script:
         Raises:
             ScriptError: *assertion* is not a well-formed assertion about this script.
             ValueError: a limit is not one.
+            TypeError: an argument is something else.
         """
         given = self._settings.limits
         limits = checking.limits(
@@ -230,7 +234,7 @@ class Script:
 
     def _assertion(self, text: str) -> script.Assertion:
         """The assertion of the file with this text, so that it has its line and what is expected; or another one."""
-        words = text.split()
+        words = _text("assertion", text).split()
         for one in self._script.assertions:
             if one.text.split() == words:
                 return one
@@ -244,7 +248,7 @@ class Script:
         Raises:
             ScriptError: the text is not an expression of this script, or evaluating it goes wrong.
         """
-        return self._script.evaluate(text)
+        return self._script.evaluate(_text("expression", text))
 
     def show(self, text: str) -> str:
         """The value of a CSPm expression in the script, as a ``print`` line writes it.
@@ -252,7 +256,7 @@ class Script:
         Raises:
             ScriptError: the text is not an expression of this script, or evaluating it goes wrong.
         """
-        return self._script.show(text)
+        return self._script.show(_text("expression", text))
 
     def sweep(self, assertion: str | None = None, **values: Iterable[object]) -> list[tuple[dict[str, str], Result]]:
         """Check the script for every combination of values of its constants.
@@ -318,7 +322,7 @@ class Script:
         Raises:
             ScriptError: the text is not a process of this script.
         """
-        return Process(self, text, self._script.process(text))
+        return Process(self, text, self._script.process(_text("process", text)))
 
     def _checker(self, settings: checking.Settings) -> checking.GuardedChecker:
         """The checker for these settings; one keeps its machines for all assertions."""
@@ -458,9 +462,21 @@ class Machine:
 
 
 def _positive(name: str, value: N | None) -> N | None:
-    if value is not None and value <= 0:
+    if value is None:
+        return None
+    # Numbers of numpy are numbers, too.
+    kind: type = Real if name == "timeout" else Integral
+    if not isinstance(value, kind) or isinstance(value, bool):
+        raise TypeError(f"{name} must be a number, not {value!r}")
+    if not value > 0:
         raise ValueError(f"{name} must be above zero, not {value}")
     return value
+
+
+def _text(name: str, text: str) -> str:
+    if not isinstance(text, str):
+        raise TypeError(f"the {name} must be text, not {text!r}")
+    return text
 
 
 __all__ = ["Machine", "Process", "Result", "Script", "ScriptError", "load", "loads"]

@@ -13,9 +13,12 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from cspcheck import checking
+from cspcheck.checker.budget import OUT_OF_MEMORY, why
 from cspcheck.checker.explain.blocked_slots import shortest_cycle
 from cspcheck.checker.explain.running import Performed
+from cspcheck.checker.guard import Guard
 from cspcheck.cspm.diagnostics import ScriptError
+from cspcheck.cspm.interruption import Stopped
 from cspcheck.cspm.process.terms import Process
 from cspcheck.cspm.process.text import describe
 from cspcheck.cspm.script import Script
@@ -47,13 +50,18 @@ class Explorer:
     """
 
     def __init__(self, script: Script, settings: checking.Settings, first: str | None = None) -> None:
-        self._script = script
-        self._checker = checking.checker_for(script, settings, checking.NoWatch())
+        self._settings = settings
         self._first = first
+        self._lock = threading.Lock()
+        self._begin(script)
+
+    def _begin(self, script: Script) -> None:
+        """Have nothing but a script."""
+        self._script = script
+        self._checker = checking.checker_for(script, self._settings, checking.NoWatch())
         self._probes: OrderedDict[tuple[str, tuple[int, ...]], Probe] = OrderedDict()
         self._results: dict[int, Result] = {}
         self._numbers: dict[str, dict[Process, int]] = {}
-        self._lock = threading.Lock()
 
     def answer(self, question: str, arguments: dict[str, str]) -> dict[str, Any]:
         """The answer to a question of the page.
@@ -72,11 +80,23 @@ class Explorer:
         }
         if question not in questions:
             raise Unanswerable(f"there is no question `{question}`")
+        limits = self._settings.limits
+        guard = Guard(limits.seconds, limits.memory_bytes)
         with self._lock:
             try:
-                return questions[question](arguments)
+                # A check looks at its limits itself, and has a result when it reaches one.
+                if question == "check":
+                    return questions[question](arguments)
+                return guard.run(lambda: questions[question](arguments))
             except ScriptError as error:
                 raise Unanswerable("; ".join(d.message for d in error.diagnostics)) from None
+            except Stopped as stopped:
+                reason = why(guard, limits, stopped)
+            except MemoryError:
+                reason = OUT_OF_MEMORY
+            # What was half done is of no use to anybody.
+            self._begin(self._script.again())
+        raise Unanswerable(reason)
 
     # --- the script ------------------------------------------------------------------------------------------
 
@@ -129,21 +149,29 @@ class Explorer:
         """A probe at a place; one of its own, since probes move."""
         known = self._probes.get((root, way))
         if known is None:
-            if way:
-                before = self._probe(root, way[:-1])
-                known = before.copy()
-                steps = known.steps()
-                if not 0 < way[-1] <= len(steps):
-                    raise Unanswerable(f"the way of the address ends after {len(way) - 1}: there is no step {way[-1]}")
-                known.take(steps[way[-1] - 1])
-            else:
-                _, process, run = self._root(root)
-                known = Probe(process, self._script.events, run=run)
+            known = self._probed(root, way)
             self._probes[root, way] = known
             while len(self._probes) > KEPT:
                 self._probes.popitem(last=False)
         self._probes.move_to_end((root, way))
         return known
+
+    def _probed(self, root: str, way: tuple[int, ...]) -> Probe:
+        """A probe that has gone a way, from the last place on it that is known."""
+        taken = next((taken for taken in range(len(way) - 1, -1, -1) if (root, way[:taken]) in self._probes), None)
+        if taken is None:
+            taken = 0
+            _, process, run = self._root(root)
+            probe = Probe(process, self._script.events, run=run)
+        else:
+            probe = self._probes[root, way[:taken]].copy()
+        for number in way[taken:]:
+            steps = probe.steps()
+            if not 0 < number <= len(steps):
+                raise Unanswerable(f"the way of the address ends after {taken}: there is no step {number}")
+            probe.take(steps[number - 1])
+            taken += 1
+        return probe
 
     def _of_place(self, arguments: dict[str, str]) -> dict[str, Any]:
         root, way = arguments.get("root", "STOP"), _way(arguments.get("way", ""))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import secrets
+import sys
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
@@ -47,6 +48,11 @@ class ExplorerServer(ThreadingHTTPServer):
         """What to open in a browser."""
         return f"http://{HOST}:{self.port}/?token={self.token}"
 
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """A browser that goes away before its answer has come is no mistake of anybody."""
+        if not isinstance(sys.exception(), ConnectionError):
+            super().handle_error(request, client_address)
+
 
 class _Handler(BaseHTTPRequestHandler):
     server: ExplorerServer
@@ -54,8 +60,12 @@ class _Handler(BaseHTTPRequestHandler):
     sys_version = ""
 
     def do_GET(self) -> None:
-        parts = urlsplit(self.path)
-        arguments = dict(parse_qsl(parts.query))
+        try:
+            parts = urlsplit(self.path)
+            arguments = dict(parse_qsl(parts.query))
+        except ValueError:
+            self._refuse(HTTPStatus.BAD_REQUEST, "there is no such address")
+            return
         # A page of somebody else can make a browser ask here: by a name of its own for this address, or blindly.
         if self.headers.get("Host") not in (f"{HOST}:{self.server.port}", f"localhost:{self.server.port}"):
             self._refuse(HTTPStatus.FORBIDDEN, "this server is for this machine alone")

@@ -55,7 +55,8 @@ def summary(mutants: Iterable[Mutant], seconds: float, *, interrupted: bool = Fa
     judged = fates["noticed"] + fates["unnoticed"]
     score = f"; {100 * fates['noticed'] // judged} % noticed" if judged else ""
     start = "interrupted; until then " if interrupted else ""
-    return f"{start}{count(total, 'change')}: {parts or 'nothing to change'}{score}, in {show_seconds(seconds)}"
+    parts = parts or ("nothing was tried" if interrupted else "nothing to change")
+    return f"{start}{count(total, 'change')}: {parts}{score}, in {show_seconds(seconds)}"
 
 
 def document(mutants: Iterable[Mutant], version: str, *, interrupted: bool = False) -> str:

@@ -11,6 +11,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 import cspcheck
@@ -402,3 +403,20 @@ assert C :[deadlock free]
     def test_prove(self) -> None:
         text = "class C\nchan tick\nmain = tick -> main\nstate\nn : nat\ninit\nn = 0\nend\n"
         assert {finding.status for finding in cspcheck.loads(text).prove()} <= {"proved", "bounded"}
+
+    def test_what_is_no_text_and_no_number_is_told(self) -> None:
+        script = cspcheck.loads("channel a\nP = a -> P\nassert P :[deadlock free]\n")
+        something: Any
+        for something in (3, b"P", ["P"], object()):
+            for ask in (cspcheck.loads, script.process, script.evaluate, script.show, script.check):
+                with pytest.raises(TypeError, match="must be text, not"):
+                    ask(something)
+        for limit in ("timeout", "max_states", "max_memory", "workers"):
+            for something in ([], True, 1.5, object()):
+                if (limit, something) != ("timeout", 1.5):
+                    with pytest.raises(TypeError, match=f"{limit} must be a number, not"):
+                        script.check(**{limit: something})
+        for something in (-1, 0, float("nan")):
+            with pytest.raises(ValueError, match="timeout must be above zero"):
+                script.check(timeout=something)
+        assert [result.verdict for result in script.check(timeout=np.float64(60.0), workers=np.int64(1))] == ["pass"]

@@ -36,6 +36,19 @@ def _of_the_script(declarations: Sequence[Declaration]) -> Iterator[str]:
 def mistakes(declarations: Sequence[Declaration]) -> list[Diagnostic]:
     """What is wrong with the types of a document, objects being references; each mistake once."""
     found: list[Diagnostic] = []
+    _checked(declarations, found)
+    return found
+
+
+def signatures(declarations: Sequence[Declaration], name: str) -> dict[str, list[str]]:
+    """The operations of a class of a document, inherited ones among them, each with its parameters."""
+    classes = _checked(declarations, [])
+    shape = classes.shape(name)
+    return {o: list(classes.operations.signature(shape, o)) for o in classes.operation_names(name)}
+
+
+def _checked(declarations: Sequence[Declaration], found: list[Diagnostic]) -> Classes:
+    """The classes of a document; *found* is given what is wrong."""
     told: set[tuple[str, str, int]] = set()
 
     def report(diagnostic: Diagnostic) -> None:
@@ -62,4 +75,4 @@ def mistakes(declarations: Sequence[Declaration]) -> list[Diagnostic]:
         elif isinstance(declaration, s.Paragraph):
             paragraphs.check(declaration)
     terms.determined()
-    return found
+    return terms.classes

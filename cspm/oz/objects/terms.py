@@ -332,6 +332,13 @@ class Terms:
                 if any(isinstance(element, Objects) for element in elements):
                     return self._union(node, (one, other))
                 return self._applied("union", node, [one, other])
+            case "concat", (left, right):
+                types = [self.term(left, scope), self.term(right, scope)]
+                if known(types[1]) != NUMBER:
+                    return self._applied("concat", node, types)
+                field = Open()  # the iterate of a relation
+                self.must(types[0], pairs(field, field), left.span)
+                return types[0]
             case "diff" | "filter" | "compose" | "pipe", (left, right):
                 first = self.term(left, scope)
                 schema = self.schemas.components(first)

@@ -150,6 +150,9 @@ BLACKBOARD: Final[Mapping[str, str]] = {
 WORDS: Final = frozenset(["if", "then", "else", "let", "true", "false", "and", "or", "not", "dom", "ran", "div", "mod"])
 """Plain words that are read as the operators that they look like, with a warning."""
 
+NO_NAMES: Final = frozenset(["end", "where", "inrel"])
+"""Words that the text notation has no names of: names in markup that are so called have a ``_`` behind them."""
+
 LINE_BREAKS: Final = frozenset(
     [r"\also", r"\Also", r"\classbreak", r"\zbreak", r"\opbreak", r"\eol", r"\cr", r"\newline"]
 )

@@ -32,6 +32,11 @@ LAYOUT: Final = frozenset(
 SKIPPED: Final = frozenset(["classcom", "proof", "argue", "infrule", "comment", "verbatim"])
 """Environments whose content is not read."""
 
+_BLANK = r"(?:\s|\\\\|\\t[ \t]*[0-9])*"
+_RENAMED = rf"{_BLANK}(?:\\_|\w)+['?!]*\s*/\s*(?:\\_|\w)+['?!~]*{_BLANK}"
+RENAMING: Final = re.compile(rf"{_RENAMED}(?:,{_RENAMED})*")
+"""What stands between brackets that give new names, and are no comment."""
+
 _USAGE = r"[ \t\n]*(?:(?:grule|frule|rule|axiom|disabled)[ \t]+)*"
 THEOREM_USAGE: Final = re.compile(_USAGE)
 """What a prover is to use a theorem for, before its name."""

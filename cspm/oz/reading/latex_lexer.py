@@ -24,6 +24,7 @@ from cspcheck.cspm.oz.reading.latex_commands import (
     LINE_BREAKS,
     LONE,
     NAMES,
+    NO_NAMES,
     SUPERSCRIPTS,
     TEXTS,
     UNREAD_LINES,
@@ -31,7 +32,7 @@ from cspcheck.cspm.oz.reading.latex_commands import (
     WITH_ARGUMENT,
     WORDS,
 )
-from cspcheck.cspm.oz.reading.latex_environments import BOXES, LAYOUT, SKIPPED, THEOREM, THEOREM_USAGE
+from cspcheck.cspm.oz.reading.latex_environments import BOXES, LAYOUT, RENAMING, SKIPPED, THEOREM, THEOREM_USAGE
 from cspcheck.cspm.oz.reading.lexer import INFIX, OPERAND_ENDS, PREFIX, Token
 from cspcheck.cspm.source import Source, Span
 from cspcheck.cspm.spelling import suggestions
@@ -88,8 +89,6 @@ _RELATION = re.compile(
 _LINE_END = re.compile(r"\\\\|\\end[ \t]*\{")
 _ARGUMENT = re.compile(r"\s*\{")
 _GENERICS = re.compile(r"[ \t]*\[[^\]\[\n]*\]")
-_RENAMED = r"\s*(?:\\_|\w)+['?!]*\s*/\s*(?:\\_|\w)+['?!~]*\s*"
-_RENAMING = re.compile(rf"{_RENAMED}(?:,{_RENAMED})*")
 _PROSE = re.compile(r"[A-Za-z]{2,}[ \t\n~]+[A-Za-z]{2,}")
 
 
@@ -214,6 +213,8 @@ class Lexer:
             return
         if name == "num":
             name = "int"
+        elif name in NO_NAMES:
+            name += "_"
         if name in self.relations and not self.fresh and self.previous in OPERAND_ENDS:
             self._add("inrel", start, start)
         self._add("NAME", start, end, name, decoration)
@@ -260,7 +261,7 @@ class Lexer:
         """Whether the bracket at *start* opens a comment."""
         tight = start == self.last and self.previous == "NAME"
         content = self.text[start + 1 : self._closing(start)]
-        if start == self.last and _RENAMING.fullmatch(content):
+        if self.previous in ("NAME", "]", ")") and RENAMING.fullmatch(content):
             return False
         prose = bool(_PROSE.search(content)) and not re.search(r"\\(?!_)|[|:]", content)
         if self.box in ("class", "zed", "retrieve"):

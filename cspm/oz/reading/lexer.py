@@ -115,7 +115,7 @@ _INCLUSION: Final = re.compile(rf"(?:Delta|Δ)[ \t]+{_NAME}['?!]*(?![A-Za-z0-9_'
 
 PARAGRAPH: Final = re.compile(
     rf"(?:class|given|schema|retrieve|lemma)[ \t]+{_NAME}"
-    rf"|const[ \t]*\["
+    rf"|const[ \t]*\[|const\s+where\b"
     rf"|const(?:\s|--[^\n]*\n|\{{-(?:(?!-\}})[\s\S])*-\}})+{_NAME}['?!]?[ \t]*(?:,|:(?!:))"
     rf"|reading[ \t]+(?:{_NAME}|[^\W0-9_])"
     r"|view[ \t]+[A-Za-z]"
@@ -320,7 +320,9 @@ def extent(source: Source, start: int) -> Extent:
     if word in ("class", "schema", "retrieve") and second.kind == "NAME":
         end = _block_end(source, first, second, stream)
     else:
-        end = _lines_end(source, first, second, stream, axiom=word == "const" and second.kind in ("NAME", ":", "["))
+        end = _lines_end(
+            source, first, second, stream, axiom=word == "const" and second.kind in ("NAME", ":", "[", "where")
+        )
     return Extent(end, tuple(comment for comment in scan.comments if comment[0] < end))
 
 

@@ -28,8 +28,9 @@ _FOLLOWING: Final = frozenset(
 )
 """What it says of a paragraph that speaks of objects which it cannot flatten, beside that."""
 
-_BETTER_SAID: Final = frozenset(["CSP630", "CSP631", "CSP635", "CSP639", "CSP644", "CSP646", *_LIMITS])
-"""What is said better with objects as references."""
+_OF_OBJECTS: Final = frozenset(["CSP630", "CSP631", "CSP635", "CSP639"])
+_BETTER_SAID: Final = frozenset(["CSP644", "CSP646", *_LIMITS])
+"""What is said better with objects as references: the first where a paragraph speaks of them, the others anywhere."""
 
 MOST_ROUNDS: Final = 20
 
@@ -131,7 +132,9 @@ def _together(
         if any(_overlap(d.span, diagnostic.span) for d in found):
             # A class or an object that is no value of the flattening is one here.
             value = diagnostic.code == "CSP637" and diagnostic.labels
-            if not value and diagnostic.code not in _BETTER_SAID:
+            objects = paragraph is not None and _speaks_of_objects(paragraph, paragraphs, {})
+            better = diagnostic.code in _BETTER_SAID or (objects and diagnostic.code in _OF_OBJECTS)
+            if not value and not better:
                 own.append(diagnostic)
         elif paragraph is None or not _is_limit(diagnostic, paragraph, paragraphs, {}):
             own.append(diagnostic)
@@ -165,6 +168,11 @@ def _is_limit(
         return True
     if diagnostic.code not in _FOLLOWING:
         return False
+    return _speaks_of_objects(paragraph, paragraphs, reasons)
+
+
+def _speaks_of_objects(paragraph: s.Paragraph, paragraphs: Sequence[s.Paragraph], reasons: Mapping[str, str]) -> bool:
+    """Whether a paragraph uses objects, generic names without parameters, or what is left out."""
     names = {"self", "oid"} | {p.name for p in paragraphs if isinstance(p, s.Class)} | set(reasons)
     generic = {n for p in paragraphs if isinstance(p, s.Abbreviation | s.Axiom) and p.generics for n, _ in names_of(p)}
     used = {name for name, part in _uses(paragraph) if not isinstance(part, s.Inherit)}

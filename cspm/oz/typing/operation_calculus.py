@@ -298,7 +298,7 @@ class Calculus:
     def hidden(self, box: Box, keys: Sequence[Key]) -> Box:
         """A box without some of its parameters, of which only is said that they have values."""
         binders = []
-        for key in keys:
+        for key in dict.fromkeys(keys):
             parameter = next(p for p in box.parameters if (p.name, p.kind) == key)
             binders.append(self.bound(parameter.name, parameter.type, parameter.carrier))
             value = Variable(type=parameter.type, name=binders[-1].name, role="bound", span=parameter.span)

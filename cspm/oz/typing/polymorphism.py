@@ -170,12 +170,14 @@ class _Alternatives:
             operations=tuple(operations),
         )
 
-    def _attributes(self, name: str) -> Iterator[tuple[str, s.Term]]:
+    def _attributes(self, name: str, seen: frozenset[str] = frozenset()) -> Iterator[tuple[str, s.Term]]:
         """The visible variables of a class with what they are taken from, where the script's names tell that."""
         tree = self.classes[name]
         for inherit in tree.inherits:
-            if inherit.name in self.classes and not inherit.renamings and not inherit.arguments:
-                yield from self._attributes(inherit.name)
+            if inherit.name in seen or inherit.renamings or inherit.arguments:
+                continue
+            if inherit.name in self.classes:
+                yield from self._attributes(inherit.name, seen | {name})
         local = {n for p in tree.paragraphs for n in _declared(p)}
         visible = None if tree.visibility is None else {v.name for v in tree.visibility}
         state = tree.state
@@ -186,14 +188,14 @@ class _Alternatives:
                 if visible is None or declared.name in visible:
                     yield declared.name, declaration.carrier
 
-    def _operations(self, name: str) -> dict[str, None]:
+    def _operations(self, name: str, seen: frozenset[str] = frozenset()) -> dict[str, None]:
         """The visible operations of a class, inherited ones among them."""
         tree = self.classes[name]
         found: dict[str, None] = {}
         for inherit in tree.inherits:
-            if inherit.name in self.classes:
+            if inherit.name in self.classes and inherit.name not in seen:
                 new = {old.name: new.name for new, old in inherit.renamings}
-                found |= {new.get(o, o): None for o in self._operations(inherit.name)}
+                found |= {new.get(o, o): None for o in self._operations(inherit.name, seen | {name})}
         found |= {operation.name: None for operation in tree.operations}
         if tree.visibility is not None:
             visible = {v.name for v in tree.visibility}

@@ -394,7 +394,10 @@ def _sign(found: Sequence[Token], place: int, brackets: list[str], *, operations
 
 def _applies(found: Sequence[Token], place: int) -> bool:
     """Whether something follows that the word at *place* is applied to, so that it is no name."""
-    following = found[place + 1].kind if place + 1 < len(found) else ""
+    kinds = [token.kind for token in found[place + 1 : place + 4]]
+    if kinds[:1] == ["["]:  # a schema
+        return kinds[1:2] == ["NAME"] and kinds[2:3] in ([":"], [","])
+    following = kinds[0] if kinds else ""
     return following in _ARGUMENTS or following in BINDERS or (following in ("if", "let", *PREFIX) and following != "-")
 
 

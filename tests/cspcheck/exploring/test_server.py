@@ -2,17 +2,21 @@
 
 import json
 import shutil
+import socket
 import subprocess
 import threading
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
+from urllib.parse import quote
 
 import pytest
 
 from cspcheck import checking
-from cspcheck.exploring.model import Explorer
+from cspcheck.cspm.script import load
+from cspcheck.cspm.source import Source
+from cspcheck.exploring.model import Explorer, Unanswerable
 from cspcheck.exploring.server import ExplorerServer
 
 SCRIPT = """\
@@ -136,3 +140,39 @@ def test_a_report_in_a_browser(server: ExplorerServer, tmp_path: Path) -> None:
     assert "deadlocks after 2 events" in page
     assert "<figcaption>the run, component by component" in page
     assert page.count("<svg") == 2  # the chart, and the machine
+
+
+def test_a_way_of_thousands_of_steps_is_gone(server: ExplorerServer) -> None:
+    """As a counterexample may have them; the address of a page may have 65,536 characters."""
+    way = ".".join(["1"] * 5_000)
+    code, text = get(server, f"/api/place?token={server.token}&root={quote('pick?x?y -> STOP; X')}&way=1")
+    assert code == 400
+    root = quote("let R = pick?x?y -> R within R")
+    code, text = get(server, f"/api/place?token={server.token}&root={root}&way={way}")
+    assert (code, len(json.loads(text)["trace"])) == (200, 5_000)
+    code, text = get(server, f"/api/place?token={server.token}&root={root}&way={way}.9")
+    assert (code, json.loads(text)) == (400, {"error": "the way of the address ends after 5000: there is no step 9"})
+
+
+def test_what_is_no_request_is_refused_in_words(server: ExplorerServer, capfd: pytest.CaptureFixture[str]) -> None:
+    """And whoever goes away before the answer has come leaves no trace on the terminal."""
+    with socket.create_connection(("127.0.0.1", server.port)) as asking:
+        asking.sendall(b"GET http://[::1 HTTP/1.0\r\n\r\n")
+        assert b"there is no such address" in asking.makefile("rb").read()
+    for error in (ConnectionResetError(), BrokenPipeError()):
+        try:
+            raise error
+        except ConnectionError:
+            server.handle_error(None, None)
+    assert capfd.readouterr().err == ""
+
+
+def test_a_limit_holds_for_whatever_is_asked() -> None:
+    text = (
+        "channel a\nfib(n) = if n < 2 then n else fib(n - 1) + fib(n - 2)\nP = if fib(60) == 1 then STOP else a -> P\n"
+    )
+    explorer = Explorer(load(Source("p.csp", text)), checking.Settings(limits=checking.limits(seconds=0.1)))
+    with pytest.raises(Unanswerable, match=r"time limit of 0.1 s .* reached while "):
+        explorer.answer("place", {"root": "P", "way": ""})
+    explorer._settings = checking.Settings()
+    assert len(explorer.answer("place", {"root": "a -> STOP", "way": ""})["steps"]) == 1

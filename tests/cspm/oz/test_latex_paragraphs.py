@@ -5,7 +5,9 @@ from __future__ import annotations
 import pytest
 
 from cspcheck.checker.proof.question import Found, Impossible
+from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.oz import syntax as z
+from cspcheck.cspm.oz.typing.elaboration import elaborate
 from cspcheck.cspm.oz.writing.latex_writer import write_latex
 from cspcheck.cspm.oz.writing.printer import print_paragraph
 from cspcheck.cspm.parsing.reading import parse
@@ -98,3 +100,34 @@ def test_conjectures_are_proved_or_refuted(name: str, outcome: type) -> None:
     assert claim is not None
     # What contradicts the claim is not there, or is found.
     assert isinstance(asked.lemma(claim), outcome)
+
+
+def test_a_name_that_is_a_word_of_the_text_notation_is_another_there() -> None:
+    text = r"\begin{class}{C} \begin{op}{end} where : \nat \end{op} Op \sdef end \hide (where) \end{class}"
+    script = parse(Source("paragraphs.tex", text))
+    (tree,) = script.declarations
+    assert isinstance(tree, z.Class)
+    assert [operation.name for operation in tree.operations] == ["end_", "Op"]
+    assert parse(Source("again.csp", print_script(script))).declarations == script.declarations
+    assert parse(Source("again.tex", write_latex(script))).declarations == script.declarations
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "given G\n\nconst\nwhere\n  1 < 2\nend\n\nA == finset [x, y : nat]\n",
+        "class C\n  op q = [x : nat] \\ (x, x)\nend\n",
+    ],
+)
+def test_what_random_documents_found(text: str) -> None:
+    script = parse(Source("found.csp", text))
+    assert parse(Source("found.tex", write_latex(script))).declarations == script.declarations
+    assert parse(Source("again.csp", print_script(script))).declarations == script.declarations
+    assert elaborate(script)
+
+
+def test_a_polymorphic_set_of_classes_that_inherit_in_a_circle_is_refused() -> None:
+    text = "class A\n  inherit B\nend\nclass B\n  inherit A\nend\nclass C\n  state a : poly A\nend\n"
+    with pytest.raises(ScriptError) as error:
+        elaborate(parse(Source("circle.csp", text)))
+    assert "CSP655" in {d.code for d in error.value.diagnostics}

@@ -12,6 +12,7 @@ from hypothesis import event, given, settings, strategies as st
 
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.oz import core
+from cspcheck.cspm.oz.objects.document import mistakes, signatures
 from cspcheck.cspm.oz.typing.elaboration import elaborate
 from cspcheck.cspm.parsing.reading import parse
 from cspcheck.cspm.source import Source
@@ -222,6 +223,15 @@ def test_an_expression_allows_what_its_relation_allows(found: tuple[str, Relatio
         )
         allowed = carried and all(interpret(term, env) is True for term in made.effect)
         assert allowed == relation.holds(before, parameters, after), (text, before, parameters, after)
+
+
+@settings(max_examples=examples(60), deadline=None)
+@given(expressions())
+def test_its_parameters_are_those_that_are_found_with_objects_as_references(found: tuple[str, Relation]) -> None:
+    text, relation = found
+    script = parse(Source("calculus.csp", CLASS.format(body=text)))
+    assert mistakes(script.declarations) == []
+    assert set(signatures(script.declarations, "C")["op"]) == set(relation.parameters)
 
 
 def refused(body: str) -> str:
