@@ -2,7 +2,8 @@
 
 The states in which the process can be after a trace are a set, closed under what it can do unseen. Sets that were
 met before are known by number, with what each event makes of them, so a long run through a finite process costs a
-look into a table for each event.
+look into a table for each event. Of what is composed only the event at hand is worked out, and what is known is
+forgotten from time to time, so that a run that never meets the same states again takes no more memory.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from cspcheck.checker.semantics.directed import Directed
 from cspcheck.checker.semantics.transitions import Semantics
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.process.events import TAU, TICK, EventSet, EventTable
@@ -23,6 +25,8 @@ if TYPE_CHECKING:
 
 MOST_STATES = 100_000
 """The process may be in so many states at a time."""
+MOST_SETS = 20_000
+"""So many sets of states are known at a time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,21 +80,20 @@ class Follower:
         self.hidden = hidden
         self.followed = 0
         """How many events have been followed."""
-        self._semantics = Semantics()
-        self._sets: list[frozenset[Process]] = []
-        self._numbers: dict[frozenset[Process], int] = {}
-        self._table: list[dict[int, int]] = []
-        self._rows: list[dict[int, list[Process]]] = []
+        self._forgot = False
+        """Whether there have been states that are not known any more."""
         self._events: dict[str, int | None] = {script.events.tick: TICK}
         self._hidden_events: EventSet | None = None
         if hidden:
             process, self._hidden_events = shown(process, script.events)
-        self._now = self._start = self._number([process])
+        self._process = process
+        self._forget()
+        self._now = self._number([process])
         self._recent: list[str] = []
 
     def restart(self) -> None:
         """Go back to the beginning."""
-        self._now = self._start
+        self._now = self._number([self._process])
         self.followed = 0
         self._recent.clear()
 
@@ -111,9 +114,14 @@ class Follower:
             return self._departure(event, "the script has no such event")
         target = self._table[self._now].get(number)
         if target is None:
+            if len(self._sets) >= MOST_SETS:
+                states = self._sets[self._now]
+                self._forgot = True
+                self._forget()
+                self._now = self._number(states)
             target = self._advance(self._now, number)
             if target is None:
-                known = number in self._seen_events()
+                known = self._forgot or number in self._seen_events()
                 why = (
                     "the process does not offer it after these events" if known else "it is not met in the process yet"
                 )
@@ -131,7 +139,7 @@ class Follower:
 
     def allowed_numbers(self) -> tuple[int, ...]:
         """The events that are allowed now, ascending."""
-        return tuple(sorted(self._rows[self._now]))
+        return tuple(sorted(self._offered(self._now)))
 
     def can_stop(self) -> bool:
         """Whether the process may refuse everything now: it is in a stable state without events."""
@@ -159,7 +167,7 @@ class Follower:
         while number < len(self._sets):
             if number >= most:
                 raise TooManyStates
-            for event in self._rows[number]:
+            for event in sorted(self._offered(number)):
                 if event not in self._table[number]:
                     self._advance(number, event)
             number += 1
@@ -167,12 +175,19 @@ class Follower:
 
     # --- sets of states --------------------------------------------------------------------------------------
 
+    def _forget(self) -> None:
+        """Know nothing but what the process is."""
+        self._semantics = Semantics()
+        self._directed = Directed(self._semantics)
+        self._sets: list[frozenset[Process]] = []
+        self._numbers: dict[frozenset[Process], int] = {}
+        self._table: list[dict[int, int]] = []
+
     def _number(self, states: Iterable[Process]) -> int:
         """The number of the set of *states*, closed under tau."""
-        semantics = self._semantics
+        semantics, directed = self._semantics, self._directed
         closed: dict[Process, None] = {}
         todo = [semantics.state(state) for state in states]
-        row: dict[int, list[Process]] = {}
         while todo:
             state = todo.pop()
             if state in closed:
@@ -180,29 +195,29 @@ class Follower:
             closed[state] = None
             if len(closed) > MOST_STATES:
                 raise TooManyStates
-            for event, target in semantics.transitions(state):
-                if event == TAU:
-                    todo.append(semantics.state(target))
-                else:
-                    row.setdefault(event, []).append(target)
+            todo += [semantics.state(target) for target in directed.after(state, TAU)]
         key = frozenset(closed)
         number = self._numbers.get(key)
         if number is None:
             number = self._numbers[key] = len(self._sets)
             self._sets.append(key)
             self._table.append({})
-            self._rows.append(row)
         return number
 
     def _advance(self, source: int, event: int) -> int | None:
-        targets = self._rows[source].get(event)
-        if targets is None:
+        directed = self._directed
+        targets = [target for state in self._sets[source] for target in directed.after(state, event)]
+        if not targets:
             return None
         number = self._table[source][event] = self._number(targets)
         return number
 
+    def _offered(self, number: int) -> set[int]:
+        """The events of a set of states, taus apart."""
+        return {event for state in self._sets[number] for event in self._directed.initials(state)} - {TAU}
+
     def _seen_events(self) -> set[int]:
-        return {event for row in self._rows for event in row}
+        return {event for number in range(len(self._sets)) for event in self._offered(number)}
 
     def _event(self, text: str) -> int | None:
         """The number of an event by its text; None if the script has no such event."""

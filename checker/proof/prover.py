@@ -46,6 +46,7 @@ from cspcheck.checker.proof.question import (
 )
 from cspcheck.checker.proof.situation import Situation
 from cspcheck.checker.proof.terms import all_of, negation, substitute, variables, variables_of
+from cspcheck.checker.proof.witnesses import with_witnesses
 from cspcheck.cspm.oz import core
 from cspcheck.cspm.oz.core import Term, Variable
 from cspcheck.cspm.oz.typing.uses import outermost
@@ -143,13 +144,18 @@ class Prover:
         if not self._thorough:
             return self._solved(Question(whole, variables))
         small = is_small(v.type for v in variables_of(part.term for part in whole).values())
-        if (first and not small) or self._speaks_of_recursion(whole):
+        glance = self.solver.settings.glance
+        if (first and not small and glance != "after") or self._speaks_of_recursion(whole):
             found = self._in_scopes(whole, variables, _GLANCE)
             if found is not None:
                 return found
+        if glance == "only":
+            return Unanswered("looked at few and small values only")
         if first and (self.help.using or self.help.induction) and self._tried(self._with_help, parts):
             return Impossible()
         if first and (self.claims or is_beyond(whole)) and self._tried(self._with_what_there_is, parts, 1):
+            return Impossible()
+        if first and self._tried(self._with_witnesses, whole):
             return Impossible()
         answer = self._solved(Question(whole, variables))
         if isinstance(answer, NotUpTo | Unanswered):
@@ -371,6 +377,12 @@ class Prover:
             if self._late() or not isinstance(self._solved(Question(plain, proof=0.3)), Impossible):
                 return None
         return Impossible()
+
+    def _with_witnesses(self, parts: tuple[Constraint, ...]) -> bool:
+        """Whether nothing satisfies the parts because something exists that is said item by item."""
+        total = tuple(replace(part, total=True) for part in self._total(parts))
+        made = with_witnesses(total, self.solver.definedness)
+        return made is not None and isinstance(self._solved(Question(made, proof=0.2)), Impossible)
 
     def _late(self) -> bool:
         return self.solver.is_late

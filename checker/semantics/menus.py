@@ -13,7 +13,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from operator import itemgetter
-from typing import Any, overload
+from typing import overload
 
 import numpy as np
 
@@ -104,75 +104,76 @@ def explored(
         TooMany: there are more than *most*.
     """
     known: dict[Process, int] = {}
-    numbers: dict[Any, int] = {}
+    numbers: dict[Process, int] = {}
     first: dict[Process, Process] = {}
     by_menu = heads.by_menu
-    keys: list[Any] = []
+    kept: list[Menu | Process] = []
+    """Of each state the menu; its term if it has none."""
 
-    def key_of(process: Process) -> Any:
-        """The menu of what a process is, or its term: what makes it the state that it is."""
+    def state_of(process: Process) -> tuple[Process, Menu | Process]:
+        """The state that a process is: whoever was the first with its menu, and that; or its term, twice."""
         menu = process.menu() if type(process) is Reference else None
         if menu is None:
             state = heads.of(process)
             menu = menu_of(state)
             if menu is None:
                 first.setdefault(state, process)
-                return state
+                return state, state
         met = by_menu.setdefault(menu, process)
         if met is not process:
             # One state under several names: what it is called depends on which comes first.
             heads.of(met)
             heads.of(process)
-        return menu
+        return met, menu
 
-    def unknown(steps: Iterable[tuple[int, Process]]) -> dict[Process, Any]:
-        """The keys of what is met for the first time, each found once: many events may lead to one process."""
-        return {after: key_of(after) for after in dict.fromkeys(map(_after, steps)) if after not in known}
-
-    def number(process: Process, key: Any) -> int:
-        found = numbers.get(key)
+    def number(process: Process, state: tuple[Process, Menu | Process]) -> int:
+        who, what = state
+        found = numbers.get(who)
         if found is None:
-            found = len(keys)
+            found = len(kept)
             if found == most:
                 raise TooMany
-            numbers[key] = found
-            keys.append(key)
-            if type(key) is tuple:
-                states.met.append(by_menu[key])
+            numbers[who] = found
+            kept.append(what)
+            if type(what) is tuple:
+                states.met.append(who)
             else:
-                states.met.append(first[key])
+                states.met.append(first[who])
                 states.others.append(found)
         known[process] = found
         return found
 
-    number(initial, key_of(initial))
+    number(initial, state_of(initial))
     offsets: list[int] = [0]
     labels: list[int] = []
     targets: list[int] = []
-    for key in keys:
-        steps: Iterable[tuple[int, Process]]
-        if type(key) is tuple:
-            # Names are given in the order of the menu, numbers in that of the events.
-            steps = steps_of(key)
-            fresh = unknown(steps)
-            steps.sort(key=_event)
-        else:
-            steps = successors(key)
-            fresh = unknown(steps)
-        row: list[tuple[int, int]] = []
+    for what in kept:  # grows
+        offers = isinstance(what, tuple)
+        steps = steps_of(what) if isinstance(what, tuple) else list(successors(what))
+        # What is met for the first time is found once: many events may lead to one process. Names are given in the
+        # order of the menu, numbers in that of the events.
+        fresh: dict[Process, tuple[Process, Menu | Process]] = {}
+        for _, after in steps:
+            if after not in known and after not in fresh:
+                fresh[after] = state_of(after)
+        if offers:
+            steps = sorted(steps, key=_event)
+        events: list[int] = []
+        row: list[int] = []
         for event, after in steps:
             target = known.get(after)
-            row.append((event, number(after, fresh[after]) if target is None else target))
-        if len(row) > 1:
-            row = sorted(set(row))
-        for event, target in row:
-            labels.append(event)
-            targets.append(target)
+            events.append(event)
+            row.append(number(after, fresh[after]) if target is None else target)
+        if not offers or len(set(events)) < len(events):
+            distinct = sorted(set(zip(events, row, strict=True)))
+            events = [event for event, _ in distinct]
+            row = [target for _, target in distinct]
+        labels += events
+        targets += row
         offsets.append(len(labels))
         if poll is not None and len(offsets) % POLL_EVERY == 0:
-            poll(len(keys))
+            poll(len(kept))
     return Lts(np.array(offsets, np.int64), np.array(labels, np.int64), np.array(targets, np.int64))
 
 
 _event = itemgetter(0)
-_after = itemgetter(1)

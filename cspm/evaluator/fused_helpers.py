@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import reduce
+from operator import itemgetter
 from typing import Any
 
 from cspcheck.cspm.evaluator.builtins_data import append
@@ -18,7 +19,9 @@ from cspcheck.cspm.values.dots import ChannelHead, Dotted, Event, Head, dot
 from cspcheck.cspm.values.set_algebra import difference, intersection, union
 from cspcheck.cspm.values.sets import FiniteSet, Set
 from cspcheck.cspm.values.thunks import Env
-from cspcheck.cspm.values.values import Boolean, Sequence, deep
+from cspcheck.cspm.values.values import Boolean, Map, Sequence, deep
+
+_NUMBER = itemgetter(0)
 
 
 class Retreat(Exception):
@@ -39,17 +42,13 @@ def _several_group(branches: list[tuple[int, Process]]) -> Menu:
     if len(branches) > 1:
         if len(branches) > MOST_BRANCHES:
             raise Retreat
-        branches.sort(key=_number)
+        branches.sort(key=_NUMBER)
     return (tuple(branches),)
 
 
 def _several(branches: list[tuple[int, Process]]) -> Process:
     group = _several_group(branches)
     return Prefix(group[0]) if group else STOP
-
-
-def _number(branch: tuple[int, Process]) -> int:
-    return branch[0]
 
 
 def _same_group(numbers: list[int], then: Process) -> Menu:
@@ -155,3 +154,71 @@ HELPERS: dict[str, Any] = {
     "whole": _whole,
 }
 """By the names that the text of fused functions calls them by."""
+
+
+# --- parts of keys -------------------------------------------------------------------------------------------
+
+
+def _encode_set(value: Any) -> Any:
+    found = value if type(value) is FiniteSet else deep(value)
+    if type(found) is not FiniteSet:
+        raise Retreat
+    return found.items
+
+
+def _encode_ordered(value: Any) -> Any:
+    return value.native
+
+
+def _decode_sequence(key: tuple[Any, ...]) -> Sequence:
+    return Sequence.evaluated(key)
+
+
+def _decode_map(key: tuple[Any, ...]) -> Map:
+    return Map.evaluated(key)
+
+
+def _tail_of(key: tuple[Any, ...]) -> tuple[Any, ...]:
+    if len(key) == 1:
+        raise Retreat
+    return key[:-1]
+
+
+def _head_of(key: tuple[Any, ...]) -> Any:
+    if len(key) == 1:
+        raise Retreat
+    return key[-1]
+
+
+_DECODERS: dict[str, Callable[[Any], Any]] = {
+    "set": FiniteSet,
+    "sequence": _decode_sequence,
+    "map": _decode_map,
+}
+
+
+def _decoding(kinds: tuple[str, ...]) -> Callable[[Env], Env]:
+    """What makes the values of arguments of these kinds from their key."""
+    ways = [_DECODERS.get(kind) for kind in kinds]
+
+    def decode(key: Env) -> Env:
+        return tuple([part if way is None else way(part) for part, way in zip(key, ways, strict=True)])
+
+    return decode
+
+
+NATIVE_HELPERS: dict[str, Any] = {
+    "Map": Map,
+    "Retreat": Retreat,
+    "decode_map": _decode_map,
+    "decode_sequence": _decode_sequence,
+    "decode_set": FiniteSet,
+    "decoding": _decoding,
+    "dict": dict,
+    "encode_map": _encode_ordered,
+    "encode_sequence": _encode_ordered,
+    "encode_set": _encode_set,
+    "head_of": _head_of,
+    "tail_of": _tail_of,
+}
+"""Those of functions of keys (:mod:`cspcheck.cspm.evaluator.native_menus`)."""

@@ -54,6 +54,7 @@ class Routine:
         "clauses",
         "enter",
         "enter_menu",
+        "enter_native",
         "enter_process",
         "entries",
         "evaluator",
@@ -93,6 +94,8 @@ class Routine:
         self.enter_process: Callable[[Env], Process] = self._first_process
         self.enter_menu: Callable[[Env], Menu | None] | None = None
         """Gives the menu of the process, where it has one; None as long as the definition is not fused."""
+        self.enter_native: Callable[[Any], Menu | None] | None = None
+        """Gives it for the key of the arguments; ``NotImplemented`` for a key that has to be asked for otherwise."""
         self.thunk: Thunk | None = None
         self._plan: tuple[int, ...] | None = None
         self._constant: Reference | None = None
@@ -139,6 +142,7 @@ class Routine:
     def _until_hot_process(self, code: Callable[[Env], Process]) -> Callable[[Env], Process]:
         """*code* for the first unfoldings, and then the same with its bodies fused."""
         from cspcheck.cspm.evaluator.fused_processes import fused_menu, fused_process, with_menus, with_terms
+        from cspcheck.cspm.evaluator.native_menus import native_menu
 
         calls = 0
         evaluator = self.evaluator
@@ -154,6 +158,7 @@ class Routine:
                     self.enter_process = with_terms(self, terms, code)
                     menus = self._compile(lambda body, frame: fused_menu(evaluator, body, frame), strict)
                     self.enter_menu = with_menus(self, menus)
+                    self.enter_native = native_menu(evaluator, self)
                 return self.enter_process(env)
             return code(env)
 
@@ -314,6 +319,16 @@ class Routine:
         entry.key = key
         return reference
 
+    def refer_later(self, key: Env, decode: Callable[[Env], Env]) -> Reference:
+        """The reference with this key, of which there is none; *decode* makes its arguments when they are needed.
+
+        The definition has nothing around it.
+        """
+        reference = Reference.fresh((self, key), LaterUse(self, key, decode))
+        entry = self.entries[key] = Entry(reference, self._forget)
+        entry.key = key
+        return reference
+
     def _forget(self, entry: Entry) -> None:
         """Drop the entry of a reference that nobody has any more, unless another has taken its place."""
         if self.entries.get(entry.key) is entry:
@@ -405,9 +420,13 @@ class RoutineUse(Definition):
     def menu(self) -> Menu | None:
         """What the process offers, as long as its term has not been made."""
         routine = self.routine
-        if routine.enter_menu is None or self.body is not None:
+        if self.body is not None:
             return None
-        return routine.evaluator.run(self._menu)
+        if routine.enter_native is not None:
+            found = routine.enter_native(self.key)
+            if found is not NotImplemented:
+                return found
+        return None if routine.enter_menu is None else routine.evaluator.run(self._menu)
 
     def _menu(self) -> Menu | None:
         enter = self.routine.enter_menu
@@ -420,6 +439,28 @@ class RoutineUse(Definition):
     def _unfold(self) -> Process:
         arguments = self.routine.prepared(self.arguments)
         return self.routine.unfold(self, lambda: self.text, self.base + arguments)
+
+
+class LaterUse(RoutineUse):
+    """The use of a definition whose arguments are made from their key when somebody asks for them."""
+
+    __slots__ = ("_decode", "_made")
+
+    def __init__(self, routine: Routine, key: Env, decode: Callable[[Env], Env]) -> None:
+        self.routine = routine
+        self.key = key
+        self.base = ()
+        self.body = None
+        self.span = routine.span
+        self._decode = decode
+        self._made: Env | None = None
+
+    @property
+    def arguments(self) -> Env:  # type: ignore[override]
+        """The values of the arguments."""
+        if self._made is None:
+            self._made = self._decode(self.key)
+        return self._made
 
 
 def passed(

@@ -137,6 +137,14 @@ class Sequence:
         return cls(kept, len(kept))
 
     @classmethod
+    def evaluated(cls, native: tuple[Any, ...]) -> Sequence:
+        """The sequence that stands in a key as *native*."""
+        made = cls(list(native[1:]), len(native) - 1)
+        made._deep = True
+        made._native = native
+        return made
+
+    @classmethod
     def lazy(cls, items: list[Any], rest: Thunk, *, endless: bool = False) -> Sequence:
         """*items*, then the sequence that *rest* evaluates to; *endless*: it certainly has no end."""
         return cls(items[::-1], len(items), rest, endless)
@@ -300,7 +308,10 @@ class Sequence:
 
     @property
     def native(self) -> tuple[Any, ...]:
-        """What Python itself compares and hashes as it does this sequence: its class and its elements, evaluated."""
+        """What Python itself compares and hashes as it does this sequence: its class and its elements, evaluated.
+
+        The last of them comes first.
+        """
         if self._native is None:
             if not self._deep:
                 self.deep(1)
@@ -389,6 +400,14 @@ class Map:
         self._deep = False
         self._hash: int | None = None
         self._native: tuple[Any, ...] | None = None
+
+    @classmethod
+    def evaluated(cls, native: tuple[Any, ...]) -> Map:
+        """The map that stands in a key as *native*."""
+        made = cls(dict(native[1]))
+        made._deep = True
+        made._native = native
+        return made
 
     @property
     def native(self) -> tuple[Any, ...]:

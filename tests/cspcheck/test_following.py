@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+from dataclasses import replace
 from pathlib import Path
+from random import Random
 
 import pytest
 from hypothesis import find, given, settings, strategies as st
@@ -12,7 +14,7 @@ from hypothesis.errors import NoSuchExample
 from hypothesis.stateful import run_state_machine_as_test
 
 import cspcheck
-from cspcheck import testing
+from cspcheck import following, testing
 from cspcheck.following import Follower
 from tests.examples import examples
 
@@ -53,6 +55,28 @@ class TestFollowing:
             "  allowed     left.0, left.1, left.2, right.2",
         ]
         assert spec.step("right.2") is None
+
+    @pytest.mark.parametrize("process", ["SPEC", "Bag", "Maybe", "Hidden"])
+    def test_what_is_forgotten_on_the_way_changes_nothing(
+        self, buffer: cspcheck.Script, process: str, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        name = "Bag(<>)" if process == "Bag" else process
+        whole, forgetful = follower(buffer, name), follower(buffer, name)
+        turns = Random(7)
+        for _ in range(60):
+            event = turns.choice(["left.0", "left.1", "right.0", "right.1"])
+            expected = whole.step(event)
+            monkeypatch.setattr(following, "MOST_SETS", 2)
+            found = forgetful.step(event)
+            monkeypatch.undo()
+            assert len(forgetful._sets) <= 3
+            assert (found is None) == (expected is None)
+            if found is not None and expected is not None:
+                assert replace(found, why="") == replace(expected, why="")
+            assert forgetful.allowed() == whole.allowed()
+        forgetful.restart()
+        whole.restart()
+        assert forgetful.allowed() == whole.allowed()
 
     def test_events_that_there_are_not_are_told_apart(self, buffer: cspcheck.Script) -> None:
         spec = follower(buffer, "SPEC")

@@ -1,5 +1,6 @@
 with Ada.Dispatching;
 with Ada.Real_Time; use Ada.Real_Time;
+with Interfaces.C;  use Interfaces.C;
 
 package body Patience is
 
@@ -31,4 +32,20 @@ package body Patience is
       end if;
    end Yield;
 
+   --  A target has one processor, and so have the tasks here: the one that the program begins on. All tasks are made
+   --  after this and inherit it. To wake one on another processor takes several times as long as the rest of an event.
+   type Mask is array (0 .. 1023) of Boolean with Pack;
+   Set : Mask := (others => False);
+
+   function Sched_Get_CPU return int with Import, Convention => C, External_Name => "sched_getcpu";
+   function Sched_Set_Affinity (Process : int; Size : size_t; Processors : in out Mask) return int
+     with Import, Convention => C, External_Name => "sched_setaffinity";
+
+   Processor : constant int := Sched_Get_CPU;
+   Unused    : int;
+begin
+   if Processor in 0 .. int (Set'Last) then
+      Set (Integer (Processor)) := True;
+      Unused := Sched_Set_Affinity (0, Set'Size / 8, Set);
+   end if;
 end Patience;

@@ -6,6 +6,8 @@ with Tables; use Tables;
 
 package Patience is
 
+   pragma Elaborate_Body;
+
    --  Whether it looks for the first, the second .. time
    function Looks (Index : Task_Index; Look : Positive) return Boolean;
 

@@ -1,7 +1,8 @@
 /* The calls of FreeRTOS that csp.c makes, on pthreads: to run a program on the machine that it was written on.
  *
- * This is not FreeRTOS and not its POSIX port: tasks run at the same time, priorities mean nothing, and time passes only
- * when every task waits (a tick is a millisecond), so an hour of a program takes as long as its events take.
+ * This is not FreeRTOS and not its POSIX port: every task is a thread, whose turn it is the system decides, priorities
+ * mean nothing, and time passes only when every task waits (a tick is a millisecond), so an hour of a program takes as
+ * long as its events take. On Linux the threads share one processor, as on a target.
  */
 #ifndef FREERTOS_H
 #define FREERTOS_H
