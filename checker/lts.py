@@ -11,6 +11,9 @@ from cspcheck.checker.arrays import Int64Array, distinct
 from cspcheck.checker.guard import afford
 from cspcheck.checker.sparse_rows import gather_rows
 
+ONE_NUMBER = 1 << 62
+"""Where there are fewer possible transitions than this, each is a number."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Lts:
@@ -77,13 +80,21 @@ def sources(lts: Lts) -> Int64Array:
 def machine(states: int, starts: Int64Array, labels: Int64Array, targets: Int64Array, root: int = 0) -> Lts:
     """The machine with the given transitions, in any order and perhaps repeated."""
     afford(8 * 5 * len(starts))
-    order = np.lexsort([targets, labels, starts])
-    starts, labels, targets = starts[order], labels[order], targets[order]
-    fresh = np.ones(len(order), dtype=np.bool_)
-    fresh[1:] = (starts[1:] != starts[:-1]) | (labels[1:] != labels[:-1]) | (targets[1:] != targets[:-1])
-    counts = np.bincount(starts[fresh], minlength=states)
+    width = int(labels.max(initial=0)) + 1
+    if states * width * states < ONE_NUMBER and labels.min(initial=0) >= 0:
+        # A transition as one number: these are sorted in a fraction of the time that three columns take.
+        keys = distinct((starts.astype(np.int64) * width + labels) * states + targets)
+        keys, targets = np.divmod(keys, max(1, states))
+        starts, labels = np.divmod(keys, width)
+    else:
+        order = np.lexsort([targets, labels, starts])
+        starts, labels, targets = starts[order], labels[order], targets[order]
+        fresh = np.ones(len(order), dtype=np.bool_)
+        fresh[1:] = (starts[1:] != starts[:-1]) | (labels[1:] != labels[:-1]) | (targets[1:] != targets[:-1])
+        starts, labels, targets = starts[fresh], labels[fresh], targets[fresh]
+    counts = np.bincount(starts, minlength=states)
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-    return Lts(offsets, labels[fresh].astype(np.int64), targets[fresh].astype(np.int64), root)
+    return Lts(offsets, labels.astype(np.int64), targets.astype(np.int64), root)
 
 
 def reachable(lts: Lts) -> Lts:

@@ -25,6 +25,9 @@ Fate = Literal["noticed", "unnoticed", "equivalent", "undecided", "invalid"]
 SLOWER = 10.0
 """An assertion may take so many times as long as it took before the change, and ``LEAST`` seconds in any case."""
 LEAST = 5.0
+PROOF = 4.0
+LONGEST_PROOF = 20.0
+"""Seconds for each question whether the predicates of two versions say the same: of the solver's work, and of time."""
 GIVEN_UP = 3
 """After so many assertions that are not decided the others of a mutant are not asked."""
 
@@ -142,12 +145,25 @@ class _Judge:
             return Mutant(change, "invalid" if broken else "undecided")
         return Mutant(change, "equivalent" if self._is_equivalent(change, tree, script, order) else "unnoticed")
 
+    def _is_proved_equivalent(self, change: Change, script: Script) -> bool:
+        """Whether a change is in the data of a class, and means the same for all values there."""
+        if not self.reach.is_in_class(change) or self.reach.is_control(change):
+            return False
+        from cspcheck.checker.proof.answer import specification_of
+        from cspcheck.checker.proof.question import SolverSettings
+        from cspcheck.checker.proof.sameness import mean_the_same
+
+        settings = SolverSettings(seconds=PROOF, limit=LONGEST_PROOF)
+        return mean_the_same(specification_of(self._original.script), specification_of(script), settings)
+
     def _is_equivalent(self, change: Change, tree: syntax.Script, script: Script, numbers: Sequence[int]) -> bool:
         classes = script.classes
         if classes is not None and classes.control and change.kind in ("predicate", "constant"):
             return False  # data, which this script does not look at
         if self.reach.is_axiom(change):
             return False  # the constants that it leaves open are looked at for some values only
+        if self._is_proved_equivalent(change, script):
+            return True
         settings = self._within(20.0, MOST_STATES)
         version = Version(script, settings)
 

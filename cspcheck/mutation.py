@@ -199,6 +199,12 @@ class Reach:
             if isinstance(axiom, oz.Axiom)
         )
 
+    def is_in_class(self, change: Change) -> bool:
+        """Whether a change is in a class."""
+        return any(
+            _holds(declaration, change) for declaration in self._declarations if isinstance(declaration, oz.Class)
+        )
+
     def is_control(self, change: Change) -> bool:
         """Whether a change is in the process equations of a class, and so in nothing that its data depends on."""
         return any(

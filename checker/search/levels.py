@@ -31,6 +31,8 @@ from cspcheck.checker.verdict import Limits
 
 INTERPRETED_TRANSITIONS = 8_000
 """A search that has more transitions than this changes to the compiled kernels."""
+INTERPRETED_SECONDS = 0.5
+"""One that takes longer than this does, too."""
 INTERPRETED_ROWS = 64
 """Rows that are expanded at a time by interpreted kernels."""
 PARALLEL_ROWS = 4_096
@@ -375,7 +377,9 @@ class LevelSearch(Findings):
                     self._other_bytes() + self.visited.bytes,
                 )
             )
-        big = jit.is_loaded() or self._all_transitions() > INTERPRETED_TRANSITIONS
+        # Where a state has thousands of rules to be looked at, a few of them are much work.
+        took = self._may_compile and not self._kernels.compiled and now - self._started > INTERPRETED_SECONDS
+        big = jit.is_loaded() or took or self._all_transitions() > INTERPRETED_TRANSITIONS
         if self._may_compile and big and not self._kernels.compiled:
             self._kernels = jit.kernels(True, self._notify)
         if self._kernels.compiled and self._worker.transitions > SMALL_CAPACITY:

@@ -35,9 +35,15 @@ WORKLOADS: dict[str, tuple[Path, dict[str, int | bool], list[int]]] = {
     f"run queues, {processors} processors": (
         STUDIES / "run_queues.csp",
         {"PROCESSORS": processors, "TASKS": 4},
-        [],
+        [passed, passed, passed, failed],
     )
-    for processors in (2,)
+    for processors, passed, failed in (
+        (2, 785, 61),
+        (3, 2_737, 121),
+        (4, 7_137, 201),
+        (5, 15_521, 301),
+        (6, 29_809, 421),
+    )
 }
 """Script, constants, and how many states are looked at for each assertion."""
 
