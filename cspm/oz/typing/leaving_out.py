@@ -28,7 +28,7 @@ _FOLLOWING: Final = frozenset(
 )
 """What it says of a paragraph that speaks of objects which it cannot flatten, beside that."""
 
-_OF_OBJECTS: Final = frozenset(["CSP630", "CSP631", "CSP635", "CSP639"])
+_OF_OBJECTS: Final = frozenset(["CSP630", "CSP631", "CSP635", "CSP639", "CSP658"])
 _BETTER_SAID: Final = frozenset(["CSP644", "CSP646", *_LIMITS])
 """What is said better with objects as references: the first where a paragraph speaks of them, the others anywhere."""
 
