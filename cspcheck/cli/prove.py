@@ -88,7 +88,7 @@ def command(**options: Any) -> None:
     finish(int(Exit(code)))
 
 
-def _left_out(script: Script, *, color: str) -> None:
+def _left_out(script: Script, *, color: Any) -> None:
     """Say on standard error what of a document is typed alone, and why."""
     import sys
 

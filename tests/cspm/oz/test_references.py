@@ -342,7 +342,5 @@ def test_what_the_flattening_makes_is_called_as_the_document_calls_it() -> None:
         "class Fork\n  state left : Node; all : finset Node\n  op turn = [left.all = {self}]\nend\n"
     )
     told = [w.message for w in elaborated(text).warnings]
-    assert (
-        "`Fork` is typed, but cannot be run: an object of `Leaf union Fork` within itself would need a heap" in told[0]
-    )
+    assert any("an object of `Leaf union Fork` within itself" in message for message in told)
     assert not any("_or_" in message for message in told)
