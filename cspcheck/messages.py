@@ -414,6 +414,23 @@ def monitor_too_large(process: str, most: int) -> Diagnostic:
 
 
 @mistake(
+    "CSP826",
+    "a monitor would watch nothing, or too much",
+    explanation="A monitor holds events against a process. A process that performs none that can be seen would let "
+    "everything pass, and a monitor in C numbers at most 65,534 events.",
+    example="cspcheck monitor buffer.csp --process STOP --target c -o monitor",
+    repair="cspcheck monitor buffer.csp --process BUFFER --target c -o monitor",
+)
+def monitor_of_events(process: str, events: int) -> Diagnostic:
+    """*process* performs no *events*, or more than have numbers."""
+    if events == 0:
+        text = f"`{process}` performs nothing that can be seen: a monitor of it would let everything pass"
+        return Diagnostic("CSP826", text, help="is what should be seen hidden, or stopped by the composition?")
+    text = f"`{process}` performs {events:,} events, a monitor in C has at most 65,534"
+    return Diagnostic("CSP826", text, help="monitor a part of the events: `P |\\ {| c |}`")
+
+
+@mistake(
     "CSP822",
     "the run cannot be read",
     explanation="The file with the recorded run is missing, or may not be read.",

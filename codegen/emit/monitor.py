@@ -60,6 +60,7 @@ def c(automaton: Automaton) -> dict[str, str]:
         ),
     )
     source = _SOURCE
+    source = source.replace("@TARGET@", "uint16_t" if _short(automaton) else "uint32_t")
     for mark, lines in (
         ("@NAMES@", [f"    {c_text(event)}," for event in automaton.events]),
         ("@ORDER@", _filled([f"{i}U," for i in order])),
@@ -68,6 +69,24 @@ def c(automaton: Automaton) -> dict[str, str]:
     ):
         source = source.replace(mark, "\n".join(lines))
     return {"monitor.h": head, "monitor.c": source}
+
+
+RAM = 12 + 2 * RECENT
+"""The bytes of a monitor in C: state and count, the departure, what came before it, filled up to words."""
+MOST_EVENTS = 0xFFFE
+"""So many events have numbers in C."""
+
+
+def c_bytes(automaton: Automaton) -> int:
+    """The bytes of the tables in C, which are constant, with pointers of 32 bits."""
+    moves = sum(map(len, automaton.rows))
+    names = sum(4 + len(event.encode("utf-8", "surrogateescape")) + 1 for event in automaton.events)
+    return moves * (4 if _short(automaton) else 8) + 4 * (len(automaton.rows) + 1) + 2 * len(automaton.events) + names
+
+
+def _short(automaton: Automaton) -> bool:
+    """Whether a state's number fits into 16 bits."""
+    return len(automaton.rows) <= 0x10000
 
 
 def _filled(items: Sequence[str]) -> list[str]:
@@ -203,7 +222,7 @@ _SOURCE = """/* See monitor.h. */
 
 typedef struct {
     uint16_t event;
-    uint32_t target;
+    @TARGET@ target;
 } move_t;
 
 static const char *const names[MONITOR_EVENTS] = {
@@ -310,14 +329,29 @@ static size_t put(char *text, size_t size, size_t at, const char *more)
     return at;
 }
 
+static size_t put_number(char *text, size_t size, size_t at, uint32_t number)
+{
+    char digits[11];
+    uint32_t first = 10U;
+    digits[first] = '\\0';
+    do {
+        first--;
+        digits[first] = (char)('0' + (int)(number % 10U));
+        number /= 10U;
+    } while (number > 0U);
+    return put(text, size, at, &digits[first]);
+}
+
 size_t monitor_explain(const monitor_t *monitor, char *text, size_t size)
 {
     size_t at = 0U;
     if (monitor->departed != MONITOR_UNKNOWN) {
         const uint32_t shown = (monitor->count < MONITOR_RECENT) ? monitor->count : MONITOR_RECENT;
-        at = put(text, size, at, "`");
+        at = put(text, size, at, "event ");
+        at = put_number(text, size, at, monitor->count + 1U);
+        at = put(text, size, at, ", `");
         at = put(text, size, at, monitor_name(monitor->departed));
-        at = put(text, size, at, "` is not allowed there\\n  before it   ");
+        at = put(text, size, at, "`, is not allowed there\\n  before it   ");
         for (uint32_t i = shown; i > 0U; i--) {
             at = put(text, size, at, monitor_name(monitor->recent[(monitor->count - i) % MONITOR_RECENT]));
             at = put(text, size, at, (i > 1U) ? " -> " : "");

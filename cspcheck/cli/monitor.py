@@ -41,7 +41,7 @@ def command(**options: Any) -> None:
     from cspcheck.codegen.emit.keeping import write_whole
     from cspcheck.cspm.diagnostics import ScriptError
     from cspcheck.following import Follower, TooManyStates
-    from cspcheck.messages import cannot_write, monitor_too_large
+    from cspcheck.messages import cannot_write, monitor_of_events, monitor_too_large
     from cspcheck.result import Exit
 
     script = load(options["file"], Settings(definitions=definitions(options), include_roots=options["include_roots"]))
@@ -52,6 +52,8 @@ def command(**options: Any) -> None:
     except TooManyStates:
         raise ScriptError(monitor_too_large(process, options["max_states"])) from None
     numbers = {event: i for i, event in enumerate(sorted({event for row in rows for event in row}))}
+    if not numbers or (options["target"] == "c" and len(numbers) > monitor.MOST_EVENTS):
+        raise ScriptError(monitor_of_events(process, len(numbers)))
     made = monitor.Automaton(
         os.path.basename(script.source.name),
         process,
@@ -65,6 +67,10 @@ def command(**options: Any) -> None:
             write_whole(os.path.join(folder, name), text)
     except OSError as error:
         raise ScriptError(cannot_write(folder, error.strerror or str(error))) from None
-    shown = f"{len(rows):,} states, {len(numbers):,} events"
+    shown = (
+        f"{len(rows):,} state{'' if len(rows) == 1 else 's'}, {len(numbers):,} event{'' if len(numbers) == 1 else 's'}"
+    )
+    if options["target"] == "c":
+        shown += f"; a monitor takes {monitor.RAM} bytes, its constant tables {monitor.c_bytes(made):,}"
     StandardOutput().write(f"wrote {', '.join(files)} into {folder}: {shown}\n")
     finish(Exit.OK)

@@ -90,6 +90,7 @@ DRIVER = r"""
 int main(void) {
     char line[256], text[512];
     monitor_t monitor;
+    _Static_assert(sizeof(monitor_t) == 28, "what the command says");
     monitor_reset(&monitor);
     while (fgets(line, sizeof line, stdin) != NULL) {
         line[strcspn(line, "\n")] = '\0';
@@ -108,9 +109,9 @@ int main(void) {
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler here")
 def test_c_says_what_following_says(tmp_path: Path) -> None:
-    monitored(tmp_path, "Either", "c")
+    assert "a monitor takes 28 bytes, its constant tables " in monitored(tmp_path, "Either", "c")
     (tmp_path / "driver.c").write_text(DRIVER)
-    flags = ["-std=c11", "-O1", "-Wall", "-Wextra", "-Wconversion", "-Werror"]
+    flags = ["-std=c11", "-O1", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-pedantic"]
     done = subprocess.run(
         ["cc", *flags, "monitor.c", "driver.c", "-o", "driver"],
         cwd=tmp_path,
@@ -128,7 +129,7 @@ def test_c_says_what_following_says(tmp_path: Path) -> None:
         expected = departure("Either", events)
         assert int(count) == (len(events) if expected is None else expected[0])
         if expected is not None:
-            assert f"`{events[expected[0]]}` is not allowed there" in text
+            assert text.startswith(f"event {expected[0] + 1}, `{events[expected[0]]}`, is not allowed there\n")
             assert f"allowed     {', '.join(expected[1]) or 'nothing'}" in text
 
 
@@ -138,6 +139,14 @@ def test_a_process_without_end_is_refused(tmp_path: Path) -> None:
     said = CliRunner().invoke(front_door, arguments)
     assert isinstance(said.exception, cspcheck.ScriptError)
     assert "CSP825: `P(1)` has more than 50 states" in str(said.exception)
+
+
+@pytest.mark.parametrize("target", ["python", "c"])
+def test_a_process_that_shows_nothing_is_refused(target: str, tmp_path: Path) -> None:
+    (tmp_path / "spec.csp").write_text("channel a\nP = a -> P\nHIDDEN = P \\ {a}\n")
+    arguments = ["monitor", str(tmp_path / "spec.csp"), "--process", "HIDDEN", "--target", target, "-o", str(tmp_path)]
+    said = CliRunner().invoke(front_door, arguments)
+    assert "CSP826: `HIDDEN` performs nothing that can be seen" in str(said.exception)
 
 
 DRIVING = """
