@@ -144,10 +144,13 @@ class Prover:
         if not self._thorough:
             return self._solved(Question(whole, variables))
         small = is_small(v.type for v in variables_of(part.term for part in whole).values())
-        if (first and not small) or self._speaks_of_recursion(whole):
+        glance = self.solver.settings.glance
+        if (first and not small and glance != "after") or self._speaks_of_recursion(whole):
             found = self._in_scopes(whole, variables, _GLANCE)
             if found is not None:
                 return found
+        if glance == "only":
+            return Unanswered("looked at few and small values only")
         if first and (self.help.using or self.help.induction) and self._tried(self._with_help, parts):
             return Impossible()
         if first and (self.claims or is_beyond(whole)) and self._tried(self._with_what_there_is, parts, 1):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 from cspcheck.cspm.oz.core import LemmaUse, Term, Variable
 from cspcheck.cspm.source import Span
@@ -156,6 +156,7 @@ class SolverSettings:
         deadline: when to stop altogether, on the solver's clock; None: never.
         smtlib: takes the name and the text of every query; None where nobody wants them.
         reasons: find out which lines each proof needed.
+        glance: look for counterexamples of few and small values only, and prove nothing; "after" where that was done.
     """
 
     seconds: float = 10.0
@@ -165,6 +166,7 @@ class SolverSettings:
     deadline: float | None = None
     smtlib: list[tuple[str, str]] | None = field(default=None)
     reasons: bool = False
+    glance: Literal["no", "only", "after"] = "no"
 
 
 @dataclass(slots=True)

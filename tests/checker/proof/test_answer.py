@@ -6,10 +6,17 @@ import pytest
 
 import cspcheck.checker.proof.messages  # noqa: F401 -- registers its mistakes
 from cspcheck.checker.check import Checker
+from cspcheck.checker.proof.answer import answer
+from cspcheck.checker.proof.client import SolverClient
 from cspcheck.checker.verdict import Outcome, Verdict
 from cspcheck.cspm.diagnostics import MISTAKES, ScriptError
+from cspcheck.cspm.oz.syntax import DataRefinement
+from cspcheck.cspm.oz.typing.elaboration import elaborate
+from cspcheck.cspm.parsing.reading import parse
 from cspcheck.cspm.script import load
 from cspcheck.cspm.source import Source
+from cspcheck.cspm.syntax.tree import AssertDeclaration
+from tests.benchmarks.bench_proof import with_fault
 from tests.checker.proof.classes import cell
 
 CODES = sorted(code for code in MISTAKES if code.startswith("CSP7"))
@@ -99,3 +106,20 @@ def test_the_names_of_a_formula_are_none_of_the_specification(place: int) -> Non
     operation = "  op c\n    Delta(old)\n    s? : Speeds\n  where\n    old' = s?\nend\n"
     (outcome,) = outcomes(sets + schema + text + operation + "assert C :[obligations]\n")
     assert outcome.verdict is Verdict.PASS
+
+
+def test_a_refinement_that_few_values_refute_is_refuted_before_the_solver_is_asked(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    text = with_fault("Ring", "(first + n) mod MAX |-> x?", "(first + n + 1) mod MAX |-> x?")
+    tree = parse(Source("ring.csp", text.partition("class Semaphore")[0]))
+    (node,) = [d.assertion for d in tree.declarations if isinstance(d, AssertDeclaration)]
+    assert isinstance(node, DataRefinement)
+    monkeypatch.setattr(SolverClient, "ask", lambda *_: pytest.fail("the solver is asked"))
+
+    found = answer(node, elaborate(tree).specification)
+
+    assert found.verdict is Verdict.FAIL
+    assert found.counterexample is not None
+    assert found.counterexample.obligation is not None
+    assert (found.counterexample.obligation.name, found.counterexample.obligation.operation) == ("correctness", "put")
