@@ -144,7 +144,9 @@ def _by_steps(
     counts = int(pairs.levels[-1]), pairs.transitions
     context.failed(*counts, _begun(context, normal_form, node, implementation, found))
     counterexample = _explained(context, specification, normal_form, node, implementation, found)
-    return replace(context.budget.outcome(Verdict.FAIL, None, *counts, counterexample), remarks=(BY_STEPS,))
+    outcome = context.budget.outcome(Verdict.FAIL, None, *counts, counterexample)
+    # With no event before the one that is not allowed there are no fewer, however many steps there are.
+    return replace(outcome, remarks=(BY_STEPS,)) if visible(found.path) else outcome
 
 
 @dataclass(frozen=True, slots=True)

@@ -116,24 +116,38 @@ def along_original(
             are too many, one run to such a state will do.
         at_hand: whether nothing but the network of small components is tried.
     """
+    along = _complete(partial(_in_network, context, process, trace, model, SMALL_COMPONENT))
+    if along is not None or at_hand:
+        return along
     ways: list[Callable[[], Along | None]] = [
-        partial(_in_network, context, process, trace, model, SMALL_COMPONENT),
         partial(_in_terms, context, process, trace, model),
         partial(_in_network, context, process, trace, model, EXPLAINED_TERMS),
     ]
-    if at_hand:
-        ways = ways[:1]
-    elif goal is not None:
-        ways.insert(2, partial(_in_terms, context, process, trace, model, goal))
-    for way in ways:
-        try:
-            with during("explaining the failure without compression", vague=True):
-                along = way()
-        except Incomplete:
-            continue
-        if along is not None and along.pairs.complete:
-            return along
-    return None
+    if goal is not None:
+        one_run = partial(_in_terms, context, process, trace, model, goal)
+        # Where the network is there, all states were too many, and are so in whatever form.
+        ways = [one_run] if _has_network(context, process) else [ways[0], one_run, ways[1]]
+    return next((found for way in ways if (found := _complete(way)) is not None), None)
+
+
+def _complete(way: Callable[[], Along | None]) -> Along | None:
+    """What a way of following the trace finds; None if that is not all that there is."""
+    try:
+        with during("explaining the failure without compression", vague=True):
+            along = way()
+    except Incomplete:
+        return None
+    return along if along is not None and along.pairs.complete else None
+
+
+def _has_network(context: Context, process: Process) -> bool:
+    """Whether the network of small components is there: it is the states after the trace that are too many."""
+    try:
+        budget = context.budget.narrowed(min(SMALL_COMPONENT, EXPLAINED_STATES))
+        context.machines.packed(process, budget, original=True)
+    except Incomplete:
+        return False
+    return True
 
 
 def _in_network(context: Context, process: Process, trace: Sequence[int], model: NormalModel, most: int) -> Along:

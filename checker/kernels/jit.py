@@ -89,6 +89,7 @@ TAU_ENTRIES: machine_code.Entries = {
     "saturate": (),
     "diamonds": (),
     "refine_by_signatures": (),
+    "least_keys": (),
     "expand_together": ONE_WORD,
     "chase_taus": (),
 }
@@ -134,6 +135,7 @@ class Kernels:
         saturate = staticmethod(kernels_taus.saturate)
         diamonds = staticmethod(kernels_diamonds.diamonds)
         refine_by_signatures = staticmethod(kernels_taus.refine_by_signatures)
+        least_keys = staticmethod(kernels_taus.least_keys)
         expand_together = staticmethod(kernels_company.expand_together)
         chase_taus = staticmethod(kernels_company.chase_taus)
 

@@ -13,7 +13,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from cspcheck.checker.arrays import BoolArray, Int32Array, Int64Array
+from cspcheck.checker.arrays import BoolArray, Int32Array, Int64Array, distinct
 from cspcheck.checker.guard import afford
 from cspcheck.checker.kernels import taus
 from cspcheck.checker.kernels.jit import kernels_for, tau_kernels_for
@@ -33,6 +33,9 @@ SLICE = 20_000_000
 
 SLICES = 50
 """As often it may come back before what can be done without is given up."""
+
+IDLE = 3
+"""After so many rounds in which nothing falls apart by weights signatures are looked at."""
 
 FEW = 300
 """Machines of no more states are small enough for delay and weak bisimulation as they are."""
@@ -258,6 +261,42 @@ class _Rounds:
         """
         return self._round(kind, block, behind, self._ends)[:2]
 
+    def sifted(self, kind: int, block: Int64Array) -> Int64Array:
+        """A partition between *block* and what refining it to the end gives, found without writing signatures down.
+
+        States of different least weights (``kernels.taus.least_keys``) have different signatures; that equal weights
+        say nothing costs time only. Weights are drawn anew in each round, always the same ones.
+        """
+        drawn = np.random.default_rng(1)
+        labels = int(self._labels.max(initial=0)) + 1
+        none = np.zeros(0, dtype=np.int64)
+        least, behind = np.zeros(self._size, dtype=np.int64), np.zeros(self._size, dtype=np.int64)
+        classes, idle = int(block.max()) + 1, 0
+        while idle < IDLE:
+            weights, shifts = (drawn.integers(0, 1 << 61, size=count) for count in (classes, labels))
+            spans = (self._starts, self._middles)
+            if kind == taus.WEAK:
+                self._kernels.least_keys(
+                    *spans, self._middles, self._labels, self._targets, block, weights, shifts, none, behind
+                )
+            self._kernels.least_keys(
+                *spans,
+                self._ends,
+                self._labels,
+                self._targets,
+                block,
+                weights,
+                shifts,
+                behind if kind == taus.WEAK else none,
+                least,
+            )
+            self.slices += 1
+            pairs = distinct(least)
+            block = numbered(block * len(pairs) + np.searchsorted(pairs, least))
+            found = int(block.max()) + 1
+            idle, classes = (idle + 1 if found == classes else 0), found
+        return block
+
     def _round(
         self, kind: int, block: Int64Array, behind: Signatures, ends: Int64Array
     ) -> tuple[Int64Array, int, Signatures]:
@@ -307,6 +346,9 @@ def _by_signatures(lts: Lts, diverging: BoolArray, kind: int, slices: int | None
     block = numbered(_apart(lts, diverging))
     classes = int(block.max()) + 1
     while slices is None or rounds.slices <= slices:
+        if kind != taus.BRANCHING and lts.states > FEW:
+            block = rounds.sifted(kind, block)
+            classes = int(block.max()) + 1
         behind = rounds.reached(block) if kind == taus.WEAK else _NOTHING
         block, found = rounds.refined(kind, block, behind)
         if found == classes:

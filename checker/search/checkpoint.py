@@ -24,6 +24,7 @@ import numpy as np
 from cspcheck.checker.arrays import Int64Array, UInt8Array
 from cspcheck.checker.packing.packed import PackedNetwork
 from cspcheck.checker.search.pairs import Pairs
+from cspcheck.cspm.caches import seal
 
 EVERY = 60.0
 """Seconds between two checkpoints of a search; one that ends before the first is never written."""
@@ -31,7 +32,7 @@ PIECE = 1 << 20
 """Words that are read or written at a time."""
 MANIFEST = "checkpoint.json"
 """The file that says what a folder of checkpoints belongs to."""
-FORMAT = 2
+FORMAT = 3
 
 
 class Mismatch(Exception):
@@ -139,12 +140,19 @@ class Checkpoints:
 
 
 class Checkpoint:
-    """The checkpoint of one search."""
+    """The checkpoint of one search.
+
+    Attributes:
+        runs: of what was written last: how many rows each run of ascending rows has; None where the rows are in no
+            order, as those of a search in memory.
+    """
 
     def __init__(self, owner: Checkpoints, key: str) -> None:
         self._owner = owner
         self._key = key
-        self._rows = owner.folder / f"{key}.rows"
+        self._names = f"{key}.rows", f"{key}.sorted"
+        self._rows = owner.folder / self._names[0]
+        self.runs: list[int] | None = None
         self._state = owner.folder / f"{key}.json"
         self._number = 0
         self._written = 0
@@ -156,12 +164,19 @@ class Checkpoint:
     def load(self, stride: int) -> tuple[Tally, Position] | None:
         """What was written last; None if nothing was, or if it is damaged. :meth:`fill` has the rows."""
         try:
-            self._found = json.loads(self._state.read_text(encoding="ascii"))
+            digest, _, content = self._state.read_bytes().partition(b"\n")
+            if digest != sha256(content).hexdigest().encode():
+                raise ValueError
+            self._found = json.loads(content)
             tally, place = Tally(**self._found["tally"]), self._found["position"]
+            self._rows = self._owner.folder / self._names[self._names.index(self._found["rows"])]
+            runs = self._found["runs"]
+            self.runs = None if runs is None else [int(count) for count in runs]
             number, length = int(self._found["number"]), int(self._found["moved"])
             moved = np.fromfile(self._moved(number), dtype=np.uint8, count=length)
             position = Position(**place, moved=moved)
             sound = len(moved) == length and self._rows.stat().st_size >= 8 * stride * tally.known
+            sound = sound and (self.runs is None or sum(self.runs) == tally.known)
             sound = sound and self._found["digest"] == sha256(moved.tobytes()).hexdigest()
         except FileNotFoundError:
             return None
@@ -255,7 +270,7 @@ class Checkpoint:
 
     def settle(self, total: int, written: int, tally: Tally, position: Position, *, first: bool) -> None:
         """Have what all processes have written count: their sums, and how many words of rows there are now."""
-        self._sum, self._written = (self._sum + total) % (1 << 64), written
+        self._sum, self._written, self.runs = (self._sum + total) % (1 << 64), written, None
         self._next = time.monotonic() + self._owner.every
         if first:
             try:
@@ -277,26 +292,63 @@ class Checkpoint:
 
     def write(self, rows: Int64Array, stride: int, tally: Tally, position: Position) -> None:
         """Write where the search is. What cannot be written is told once, and then no more is tried."""
+        length = tally.known * stride
+
+        def pieces(begin: int) -> Iterator[Int64Array]:
+            for first in range(begin, length, PIECE):
+                yield np.ascontiguousarray(rows[first : min(first + PIECE, length)])
+
+        self.write_some(pieces, length, None, tally, position)
+
+    def write_some(
+        self,
+        pieces: Callable[[int], Iterator[Int64Array]],
+        length: int,
+        runs: list[int] | None,
+        tally: Tally,
+        position: Position,
+    ) -> None:
+        """Write where the search is, whose rows come in pieces.
+
+        Args:
+            pieces: the words of the rows from one of them on.
+            length: how many words there are.
+            runs: as the attribute.
+            tally, position: what counts with them.
+        """
         try:
-            self._write(rows[: tally.known * stride], tally, position)
+            self._write(pieces, length, runs, tally, position)
         except OSError as error:
             self.give_up(error.strerror or str(error))
         self._next = time.monotonic() + self._owner.every
 
-    def _write(self, rows: Int64Array, tally: Tally, position: Position) -> None:
+    def in_another_order(self) -> None:
+        """The rows are written anew: what was written counts until that is done."""
+        self._rows = self._owner.folder / self._names[self._rows.name == self._names[0]]
+        self._written = self._sum = 0
+
+    def _write(
+        self,
+        pieces: Callable[[int], Iterator[Int64Array]],
+        length: int,
+        runs: list[int] | None,
+        tally: Tally,
+        position: Position,
+    ) -> None:
         total = self._sum
         with open(self._rows, "r+b" if self._rows.exists() else "w+b") as file:
             # What lies behind the rows that count was written by a run that has come to no checkpoint since.
             file.seek(8 * self._written)
-            for first in range(self._written, len(rows), PIECE):
-                piece = np.ascontiguousarray(rows[first : first + PIECE])
+            for piece in pieces(self._written):
                 file.write(piece.data.cast("B"))
                 total = _summed(total, piece)
             file.truncate()
             file.flush()
             os.fsync(file.fileno())
-        self._written, self._sum = len(rows), total
+        self._written, self._sum, self.runs = length, total, runs
         self._commit(tally, position)
+        with contextlib.suppress(OSError):
+            (self._owner.folder / self._names[self._rows.name == self._names[0]]).unlink()
 
     def _commit(self, tally: Tally, position: Position) -> None:
         """Say what counts from now on, whole or not at all."""
@@ -308,10 +360,12 @@ class Checkpoint:
             "moved": len(moved),
             "digest": sha256(moved).hexdigest(),
             "sum": self._sum,
+            "rows": self._rows.name,
+            "runs": self.runs,
             "tally": asdict(tally),
             "position": {name: getattr(position, name) for name in position.__slots__ if name != "moved"},
         }
-        _replace(self._state, json.dumps(state).encode())
+        _replace(self._state, seal(json.dumps(state).encode()))
         with contextlib.suppress(OSError):
             self._moved(self._number).unlink()
         self._number = number

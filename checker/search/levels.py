@@ -181,7 +181,7 @@ class LevelSearch(Findings):
             return False
         assert self._checkpoint is not None
         tally, at = found
-        if not self.visited.take(self._kernels, tally.known, self._checkpoint.fill):
+        if not self._take_up(tally):
             return False
         self._at = at
         self._worker.transitions = tally.transitions
@@ -195,12 +195,16 @@ class LevelSearch(Findings):
         self._note_peak()
         return True
 
-    def _write_checkpoint(self) -> None:
-        """Write down where the search is: between two runs of rows everything that was found is in place."""
+    def _take_up(self, tally: Tally) -> bool:
+        """Take up the states that were written down; whether they are those."""
         assert self._checkpoint is not None
+        return self.visited.take(self._kernels, tally.known, self._checkpoint.fill)
+
+    def _tally(self) -> Tally:
+        """What counts where the search is."""
         workers = self._all_workers()
-        tally = Tally(
-            self.visited.known,
+        return Tally(
+            self.known,
             self.levels,
             self.transitions_at,
             self._all_transitions(),
@@ -212,7 +216,11 @@ class LevelSearch(Findings):
             self.divergence_level,
             self.violation_level,
         )
-        self._checkpoint.write(self.visited.rows, self.visited.stride, tally, self._at)
+
+    def _write_checkpoint(self) -> None:
+        """Write down where the search is: between two runs of rows everything that was found is in place."""
+        assert self._checkpoint is not None
+        self._checkpoint.write(self.visited.rows, self.visited.stride, self._tally(), self._at)
 
     def _finish_level(self, end: int, divergence: bool) -> None:
         # Where in a level the limit is noticed depends on chance; that the level reaches it does not.

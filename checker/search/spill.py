@@ -21,6 +21,7 @@ from cspcheck.checker.arrays import Int64Array
 from cspcheck.checker.guard import machine_memory, process_memory
 from cspcheck.checker.kernels.arrays import Index
 from cspcheck.checker.kernels.jit import Kernels
+from cspcheck.checker.search.checkpoint import Tally
 from cspcheck.checker.search.crew import DIVIDED_BITS
 from cspcheck.checker.search.expansion import CAPACITY
 from cspcheck.checker.search.levels import INTERPRETED_ROWS, LevelSearch
@@ -118,6 +119,11 @@ class Store:
             self._runs.add(kernels, run)
             self.known += run.count
         return run.count
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether nothing was put aside."""
+        return not self._waiting
 
     def put_aside(self, rows: Int64Array) -> None:
         """Keep ascending rows that may be new until they are settled."""
@@ -224,15 +230,57 @@ class SpillSearch(LevelSearch):
                     at.moved[begin - start : end - start] = at.moved[begin - start : end - start][order]
                 store.append(self._kernels, pieces_of(ascending, stride))
         self._note_peak()
-        if self._checkpoint is not None and self._notify is not None:
-            self._notify("the search goes on on disk, where no checkpoints are written")
-        self.store, self._checkpoint = store, None
-        visited.clear(min(DIVIDED_BITS, visited.bits))
-        self._most_bits = _table_bits(self._memory(), stride, self._spill.rows)
+        if self._checkpoint is not None:
+            self._checkpoint.in_another_order()
+        self._go_on_with(store)
+        self._level_bytes = at.moved.nbytes
+
+    def _go_on_with(self, store: Store) -> None:
+        """Have the rows in a store."""
+        self.store = store
+        self.visited.clear(min(DIVIDED_BITS, self.visited.bits))
+        self._most_bits = _table_bits(self._memory(), store.stride, self._spill.rows)
         if self._workers > 1:
             self._most_bits = max(self._most_bits, DIVIDED_BITS)
         self._clear()
-        self._level_bytes = at.moved.nbytes
+
+    def _take_up(self, tally: Tally) -> bool:
+        checkpoint = self._checkpoint
+        assert checkpoint is not None
+        if checkpoint.runs is None:
+            return super()._take_up(tally)
+        store = Store(self._spill, self.visited.stride)
+        stride, first = store.stride, 0
+        if not checkpoint.take_up(tally.known * stride, tally.known * stride):
+            return False
+
+        def pieces(first: int, last: int) -> Iterator[Int64Array]:
+            for place in range(first, last, ROWS):
+                yield np.concatenate([*checkpoint.rows(place * stride, min(last, place + ROWS) * stride)])
+
+        for count in checkpoint.runs:
+            store.append(self._kernels, pieces(first, first + count))
+            first += count
+        self._go_on_with(store)
+        return True
+
+    def _write_last_checkpoint(self) -> None:
+        if self.store is None:
+            super()._write_last_checkpoint()
+
+    def _write_between_waves(self) -> None:
+        """Write a checkpoint if it is time to, and nothing of the wave that begins has been gathered yet."""
+        store, checkpoint = self.store, self._checkpoint
+        assert store is not None
+        if checkpoint is None or not store.is_settled or self.visited.known or not checkpoint.is_due():
+            return
+        stride = store.stride
+
+        def pieces(begin: int) -> Iterator[Int64Array]:
+            return store.span(begin // stride, store.known)
+
+        runs = [run.count for run in store.segments]
+        checkpoint.write_some(pieces, store.known * stride, runs, self._tally(), self._at)
 
     def _memory(self) -> int:
         """Bytes that the search may use."""
@@ -259,6 +307,7 @@ class SpillSearch(LevelSearch):
 
     def _expand_from_disk(self, index: Index, *, visible: bool, start: int) -> None:
         assert self.store is not None
+        self._write_between_waves()
         at = self._at
         while at.first < at.end:
             first, last = at.first, min(at.end, at.first + ROWS)

@@ -200,7 +200,12 @@ class Operation:
             task.change(after)
             contracts.ensure(data.invariant(), task.name, f"the invariant after {self.channel.name}", **data.snapshot())
             return
-        possible = [outcome for outcome in self.possible(data, inputs) if outcome.outputs == outputs]
+        try:
+            possible = [outcome for outcome in self.possible(data, inputs) if outcome.outputs == outputs]
+        except CannotList as error:
+            if self.body is None:
+                raise
+            raise CannotList(f"{error}; the method of {self.channel.name} has to give them") from None
         if not possible:
             raise contracts.Broken("precondition", task.name, f"the effect of {self.channel.name}", data.snapshot())
         task.change(possible[task.decide(len(possible)) if len(possible) > 1 else 0].after)

@@ -74,6 +74,8 @@ def command(**options: Any) -> None:
             if isinstance(target, EmptyFolder):
                 continue
             script = checking.load(target.path, loading)
+            if options["verbose"] >= options["quiet"]:
+                _left_out(script, color=options["color"])
             if options["precondition"] is not None:
                 _preconditions(script, options, settings, listing)
             else:
@@ -84,6 +86,19 @@ def command(**options: Any) -> None:
     if smtlib is not None:
         _keep(options["smtlib"], smtlib)
     finish(int(Exit(code)))
+
+
+def _left_out(script: Script, *, color: Any) -> None:
+    """Say on standard error what of a document is typed alone, and why."""
+    import sys
+
+    from cspcheck.cspm.oz.objects.messages import NOT_RUN
+    from cspcheck.report.diagnostics import render_diagnostics
+    from cspcheck.report.style import style_for
+
+    found = [warning for warning in script.warnings if warning.code == NOT_RUN]
+    if found:
+        sys.stderr.write(render_diagnostics(found, style_for(sys.stderr, color)))
 
 
 def _classes(specification: core.Specification, options: dict[str, Any]) -> Iterator[core.ClassModel]:

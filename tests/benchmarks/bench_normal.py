@@ -64,6 +64,16 @@ def grid(side: int) -> Lts:
     return _machine(side * side, rows)
 
 
+def scattered(states: int, events: int, degree: int, taus: float) -> Lts:
+    """Transitions drawn at random, so many from each state, a share of them taus."""
+    drawn = np.random.default_rng(1)
+    count = states * degree
+    starts = np.repeat(np.arange(states), degree)
+    labels = np.where(drawn.random(count) < taus, TAU, 2 + drawn.integers(0, events, count))
+    steps = drawn.integers(-states // 2, states // 2, count)
+    return machine(states, starts, labels, np.clip(starts + steps, 0, states - 1))
+
+
 def _machine(states: int, rows: list[tuple[Int64Array, int, Int64Array]]) -> Lts:
     starts, targets = (np.concatenate([row[place] for row in rows]) for place in (0, 2))
     return machine(states, starts, np.repeat([row[1] for row in rows], [len(row[0]) for row in rows]), targets)
@@ -75,7 +85,13 @@ MACHINES: dict[str, tuple[Callable[[], Lts], dict[str, tuple[int, int]]]] = {
         dict.fromkeys(("sbisim", "diamond", "normal", "dbisim", "wbisim"), (2047, 4092)) | {"sbisim": (59049, 196830)},
     ),
     "buffers, 11 cells": (lambda: buffers(11), dict.fromkeys(("diamond", "normal", "dbisim", "wbisim"), (4095, 8188))),
-    "grid, side 316": (lambda: grid(316), {"diamond": (83266, 413176), "normal": (82951, 347341)}),
+    "grid, side 120": (lambda: grid(120), dict.fromkeys(("dbisim", "wbisim"), (11980, 23956))),
+    "grid, side 316": (
+        lambda: grid(316),
+        {"diamond": (83266, 413176), "normal": (82951, 347341), "dbisim": (83161, 166318)},
+    ),
+    "random, 20,000 states": (lambda: scattered(20_000, 2_000, 4, 0.02), {"normal": (18657, 81243)}),
+    "random, 100,000 states": (lambda: scattered(100_000, 10_000, 3, 0.02), {"normal": (84515, 269425)}),
 }
 
 

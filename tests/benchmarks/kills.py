@@ -1,7 +1,8 @@
 """A long search killed again and again at random moments, and taken up each time.
 
-    python -m tests.benchmarks.kills [--kills N] [--seed N]
+    python -m tests.benchmarks.kills [--kills N] [--seed N] [--disk]
 
+With ``--disk`` the search has hardly any memory and goes on on disk, now and then with more of it.
 Checkpoints are written after every few rows, so that many of the kills meet one that is half written. Now and then
 the run that takes up has another number of threads. In the end counts and levels are those of a run that nobody ended.
 """
@@ -21,6 +22,7 @@ from cspcheck.checker.packing.packed import PackedNetwork, pack
 from cspcheck.checker.search import levels
 from cspcheck.checker.search.checkpoint import Checkpoints
 from cspcheck.checker.search.exploration import explore
+from cspcheck.checker.search.spill import Spill
 from tests.checker.vehicle import cycle, synchronised
 
 ROOT = Path(__file__).parents[2]
@@ -31,12 +33,16 @@ def machine() -> PackedNetwork:
     return pack(synchronised({f"P{i}": cycle(f"a{i}", f"b{i}", f"c{i}") for i in range(8)}))
 
 
-def search(folder: Path | None, workers: int) -> str:
-    """Search, from where it was written down in the folder, and say what was found."""
+def search(folder: Path | None, workers: int, rows: int = 0) -> str:
+    """Search, from where it was written down in the folder, and say what was found.
+
+    *rows*: how many may be in memory; 0: all.
+    """
     levels.INTERPRETED_ROWS = 16
     places = None if folder is None else Checkpoints(folder, {"version": "1"}, resume=folder.exists(), every=0.0)
     print("begun", flush=True)
-    found = explore(machine(), workers=workers, compiled=False, checkpoints=places)
+    beyond = Spill(folder.parent / "rows", rows) if folder is not None and rows else None
+    found = explore(machine(), workers=workers, compiled=False, checkpoints=places, beyond=beyond)
     return f"{found.levels} {found.transitions} {found.complete}"
 
 
@@ -44,10 +50,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--kills", type=int, default=50, help="how often (default 50)")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--run", nargs=2, metavar=("FOLDER", "WORKERS"), help=argparse.SUPPRESS)
+    parser.add_argument("--disk", action="store_true", help="on disk")
+    parser.add_argument("--run", nargs=3, metavar=("FOLDER", "WORKERS", "ROWS"), help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.run:
-        print(search(Path(options.run[0]), int(options.run[1])), flush=True)
+        print(search(Path(options.run[0]), int(options.run[1]), int(options.run[2])), flush=True)
         return
     begun = time.monotonic()
     expected = search(None, 1)
@@ -63,6 +70,7 @@ def main() -> None:
                 "--run",
                 str(place),
                 str(chance.choice([1, 1, 2])),
+                str(chance.choice([200, 200, 1_000, 0]) if options.disk else 0),
             ]
             starts += 1
             with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=ROOT) as process:
@@ -83,7 +91,7 @@ def main() -> None:
                 path.unlink()
             place.rmdir()
         done = subprocess.run(
-            [sys.executable, "-m", "tests.benchmarks.kills", "--run", str(place), "1"],
+            [sys.executable, "-m", "tests.benchmarks.kills", "--run", str(place), "1", "0"],
             capture_output=True,
             text=True,
             cwd=ROOT,

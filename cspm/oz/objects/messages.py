@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Final
 
 from cspcheck.cspm.diagnostics import Diagnostic, Severity, mistake
 from cspcheck.cspm.source import Span
@@ -77,8 +78,12 @@ def parameters_open(name: str, span: Span) -> Diagnostic:
     return Diagnostic("CSP672", f"nothing says what the parameters of `{name}` are", span, help=f"write `{name}[...]`")
 
 
+NOT_RUN: Final = "CSP673"
+"""The code of what is said of a paragraph that is typed alone."""
+
+
 @mistake(
-    "CSP673",
+    NOT_RUN,
     "a paragraph is typed, but cannot be run",
     explanation=(
         "Documents of Object-Z are read and typed with objects as references. What is run as a process or proved is "
@@ -89,12 +94,12 @@ def parameters_open(name: str, span: Span) -> Diagnostic:
 )
 def not_run(name: str, reason: str, span: Span) -> Diagnostic:
     """A class or another paragraph that is typed, and why it cannot be run."""
-    return Diagnostic("CSP673", f"`{name}` is typed, but cannot be run: {reason}", span, Severity.WARNING)
+    return Diagnostic(NOT_RUN, f"`{name}` is typed, but cannot be run: {reason}", span, Severity.WARNING)
 
 
 def asked_of_not_run(name: str, reason: str, span: Span) -> Diagnostic:
     """A claim about a class that cannot be run."""
-    return Diagnostic("CSP673", f"nothing can be claimed of `{name}`: {reason}", span)
+    return Diagnostic(NOT_RUN, f"nothing can be claimed of `{name}`: {reason}", span)
 
 
 def duplicate_renaming(name: str, span: Span) -> Diagnostic:

@@ -15,7 +15,7 @@ from cspcheck.cspm.diagnostics import Diagnostic, DiagnosticSink
 from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
 from cspcheck.cspm.oz.typing.equations import check_equations
-from cspcheck.cspm.oz.typing.identities import POOL, valued
+from cspcheck.cspm.oz.typing.identities import POOL, circle, valued
 from cspcheck.cspm.oz.typing.lemmas import Lemmas, helpful
 from cspcheck.cspm.oz.typing.objects import Flattened, ObjectClass, Objects
 from cspcheck.cspm.oz.typing.operation_calculus import Box, Surroundings, joined_sets
@@ -134,7 +134,7 @@ class ClassTable:
             return self._built[key]
         if name in self._open:
             cycle = [*self._open[self._open.index(name) :], name]
-            self.report(messages.cyclic_inheritance(cycle, self.trees[name].span))
+            self.report(circle(cycle, self.trees))
             return None
         self._open.append(name)
         try:
@@ -508,7 +508,7 @@ class _Builder:
             or any(channel.kind != "operation" for channel in built.model.channels.values())
         ):
             raise Wrong(type_messages.class_is_no_value(reference.name, reference.span, entry.span))
-        return ObjectClass(built.model, built.boxes, built.objects)
+        return ObjectClass(built.model, built.boxes, built.objects, built.types)
 
     def _take_objects(self, flattened: Flattened) -> None:
         """Make the constants of objects those of the class, and what holds of them hold in it."""

@@ -13,6 +13,7 @@ from cspcheck.cspm.diagnostics import Diagnostic, ScriptError, Severity
 from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.typing import messages as messages, type_messages
 from cspcheck.cspm.oz.typing.classes import ClassTable
+from cspcheck.cspm.oz.typing.constant_objects import with_constant_objects
 from cspcheck.cspm.oz.typing.fitting import Misfit, fit
 from cspcheck.cspm.oz.typing.forms import sets_of_one_range
 from cspcheck.cspm.oz.typing.identities import identities
@@ -96,6 +97,7 @@ class _Elaboration:
             self.diagnostics.append(diagnostic)
 
     def run(self) -> Elaborated:
+        self.declarations = with_constant_objects(self.declarations)
         self.declarations, alternatives = with_alternatives(self.declarations, self.report)
         paragraphs = DeclaredParagraphs(self.typing, self.scope, self.records, self.report)
         trees = [d for d in self.declarations if isinstance(d, s.Class)]

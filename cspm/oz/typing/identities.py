@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 
+from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.oz import core, syntax as s
 from cspcheck.cspm.oz.core import GivenType
+from cspcheck.cspm.oz.typing import messages
 from cspcheck.cspm.oz.typing.scopes import subterms, whole
 from cspcheck.cspm.syntax.tree import NameDeclaration
 
@@ -26,6 +29,14 @@ def identities(tree: s.Class, trees: Mapping[str, s.Class]) -> core.Term | None:
             return None
         waiting += [inherit.name for inherit in trees[name].inherits]
     return None if tree.generics else whole(GivenType(tree.name))
+
+
+def circle(names: Sequence[str], trees: Mapping[str, s.Class]) -> Diagnostic:
+    """What is wrong with classes each of which needs the next: they inherit, or have objects of each other."""
+    span = trees[names[0]].span
+    if all(any(i.name == above for i in trees[name].inherits) for name, above in pairwise(names)):
+        return messages.cyclic_inheritance(names, span)
+    return messages.objects_need_heap(f"an object of `{names[0]}` within itself", span)
 
 
 def valued(tree: s.Class, names: frozenset[str]) -> frozenset[str]:

@@ -8,6 +8,7 @@ cannot be flattened are left out, each with a word of why, and the rest is run.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from typing import Any, Final
@@ -28,7 +29,7 @@ _FOLLOWING: Final = frozenset(
 )
 """What it says of a paragraph that speaks of objects which it cannot flatten, beside that."""
 
-_OF_OBJECTS: Final = frozenset(["CSP630", "CSP631", "CSP635", "CSP639"])
+_OF_OBJECTS: Final = frozenset(["CSP630", "CSP631", "CSP635", "CSP639", "CSP658"])
 _BETTER_SAID: Final = frozenset(["CSP644", "CSP646", *_LIMITS])
 """What is said better with objects as references: the first where a paragraph speaks of them, the others anywhere."""
 
@@ -249,13 +250,14 @@ def _with_users(
         if not more:
             return out
         for paragraph, uses in more:
-            leave_out(paragraph, f"it uses `{uses[0]}`", None)
+            place = next(part.span for name, part in _uses(paragraph) if name == uses[0])
+            leave_out(paragraph, f"it uses `{uses[0]}`", place)
 
 
 def _reason(diagnostic: Diagnostic, paragraph: s.Paragraph, paragraphs: Sequence[s.Paragraph]) -> str:
     """Why a paragraph cannot be flattened, in words of the document."""
     if diagnostic.code in _LIMITS:
-        return diagnostic.message
+        return _in_words(diagnostic.message, [p.name for p in paragraphs if isinstance(p, s.Class)])
     used = _mentioned(paragraph)
     for name in ("self", "oid"):
         if name in used:
@@ -268,6 +270,16 @@ def _reason(diagnostic: Diagnostic, paragraph: s.Paragraph, paragraphs: Sequence
     if any(isinstance(part, s.Renamed) for part in _nodes(paragraph)):
         return "objects under other names of their features would need a heap"
     return "what it says of the classes of its objects would need a heap"
+
+
+def _in_words(message: str, classes: Sequence[str]) -> str:
+    """A message with the writing of the document for classes that the flattening has made."""
+    one = "|".join(map(re.escape, sorted(classes, key=len, reverse=True)))
+    if not one:
+        return message
+    message = re.sub(rf"`poly_({one})`", r"`poly \1`", message)
+    message = re.sub(rf"`({one})_renamed_\d+`", r"`\1` under other names", message)
+    return re.sub(rf"`(?:{one})(?:_or_(?:{one}))+`", lambda m: m[0].replace("_or_", " union "), message)
 
 
 def _unasked(declarations: Sequence[syntax.Declaration], reasons: Mapping[str, str]) -> None:

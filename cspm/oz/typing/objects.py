@@ -21,7 +21,7 @@ from cspcheck.cspm.oz.core import BOOL, Apply, Declared, FunctionType, SetType, 
 from cspcheck.cspm.oz.typing import messages as messages, type_messages as type_messages
 from cspcheck.cspm.oz.typing.operation_calculus import Box, Calculus, Place, changed, closed
 from cspcheck.cspm.oz.typing.schemas import maximal
-from cspcheck.cspm.oz.typing.scopes import ClassEntry, FailedEntry, ObjectEntry, TypingScope
+from cspcheck.cspm.oz.typing.scopes import ClassEntry, Definition, FailedEntry, ObjectEntry, SetEntry, TypingScope
 from cspcheck.cspm.oz.typing.typing import Typing
 from cspcheck.cspm.oz.typing.typing_operators import Wrong, element_of
 from cspcheck.cspm.oz.values.substitution import substituted
@@ -34,11 +34,14 @@ Change = Callable[[Variable], Term | None]
 
 @dataclass(frozen=True)
 class ObjectClass:
-    """What is needed of a class to make objects of it: the class, its schemas, the objects that it has itself."""
+    """What is needed of a class to make objects of it: the class, its schemas, the objects that it has itself, and
+    what its abbreviations stand for.
+    """
 
     model: core.ClassModel
     boxes: Mapping[str, Box]
     objects: Mapping[str, ObjectEntry]
+    types: Mapping[str, tuple[Definition, str]] = field(default_factory=dict)
 
     @property
     def pools(self) -> tuple[str, ...]:
@@ -119,11 +122,11 @@ class Objects:
                 continue  # told where it is used
             try:
                 made = self._made(s.Reference(span=span, name=name))
+                self._flatten(name, made, entry.identities, span, result, pool=True)
             except Wrong as wrong:
                 self._report(wrong.diagnostic)
                 continue
             waiting += made.pools
-            self._flatten(name, made, entry.identities, span, result, pool=True)
 
     def flattened(self, declarations: list[s.Declare]) -> Flattened:
         """What declarations of objects declare."""
@@ -186,6 +189,13 @@ class Objects:
         said_of_each = [substituted(p, change) for p in model.axioms if id(p) not in common]
         result.axioms += [p if binder is None or _free_of(p, binder) else _for_all(p, binder) for p in said_of_each]
         result.invariant += [_for_all(substituted(p, change), binder) for p in model.invariant if id(p) not in common]
+        for name, (entry, _) in made.types.items():
+            shown = model.visibility is None or name in model.visibility
+            whole = isinstance(entry, SetEntry) and isinstance(entry.term, Apply) and entry.term.operator == "All"
+            if shown and isinstance(entry, SetEntry) and not whole:
+                term = substituted(entry.term, change)
+                if binder is None or _free_of(term, binder):
+                    self._scope.add(f"{path}.{name}", SetEntry(term, span))
         initial = tuple([substituted(p, change) for p in model.initial or ()])
         all_said = (*result.axioms[start[0] :], *result.invariant[start[1] :]) if pool else ()
         result.objects[path] = ObjectEntry(path, model.name, binder, initial, made, span, shared, pool, all_said)

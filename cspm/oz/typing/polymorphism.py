@@ -27,6 +27,7 @@ from typing import Any, TypeVar
 
 from cspcheck.cspm.diagnostics import Diagnostic
 from cspcheck.cspm.oz import syntax as s
+from cspcheck.cspm.oz.reading.operators import NUMBER_SETS
 from cspcheck.cspm.oz.typing import messages as messages
 from cspcheck.cspm.source import Span
 from cspcheck.cspm.syntax.tree import Declaration, NameDeclaration, Node
@@ -40,7 +41,11 @@ def with_alternatives(
     """The declarations with classes in place of polymorphic sets of objects, and what these classes are called."""
     classes = {d.name: d for d in declarations if isinstance(d, s.Class)}
     found = _Alternatives(classes, report)
-    result = [found.rewritten(d) if isinstance(d, s.Paragraph) else d for d in declarations]
+    for declaration in declarations:
+        if isinstance(declaration, s.Abbreviation) and not declaration.generics and found.is_class(declaration.body):
+            found.called[declaration.name] = declaration.body
+    kept = [d for d in declarations if not (isinstance(d, s.Abbreviation) and d.name in found.called)]
+    result = [found.rewritten(d) if isinstance(d, s.Paragraph) else d for d in kept]
     return [*found.kinds, *result, *found.made.values()], frozenset(found.made)
 
 
@@ -49,7 +54,11 @@ class _Alternatives:
         self.classes = classes
         self.report = report
         self.made: dict[str, s.Class] = {}
+        self.called: dict[str, s.Term] = {}
+        """Abbreviations of sets of objects."""
         self.kinds: list[s.FreeType] = []
+        self.everywhere: set[str] = {*NUMBER_SETS, *classes}
+        """Names that mean the same in every class."""
 
     def rewritten(self, node: N) -> N:
         """A tree with the names of classes in place of ``poly C`` and unions of classes."""
@@ -74,7 +83,43 @@ class _Alternatives:
                 return self._poly(value)
             if value.name == "contained":
                 return self._value(value.operands[0])  # it belongs to the attribute that names it in any case
+        if isinstance(value, s.Reference) and value.name in self.called and not (value.decoration or value.arguments):
+            return self._value(self.called[value.name])
+        if isinstance(value, s.Renamed) and self.is_class(value):
+            return self._renamed(value)
         return self.rewritten(value) if isinstance(value, Node) else value
+
+    def is_class(self, term: s.Term) -> bool:
+        """Whether a term is a class, perhaps with actual parameters and under other names, or made of such."""
+        match term:
+            case s.Grouped(inner=inner) | s.Renamed(term=inner) | s.Operator(name="poly", operands=(inner,)):
+                return self.is_class(inner)
+            case s.Operator(name="union", operands=(left, right)):
+                return self.is_class(left) and self.is_class(right)
+        return isinstance(term, s.Reference) and (term.name in self.classes or term.name in self.called)
+
+    def _renamed(self, node: s.Renamed) -> s.Term:
+        """``C[T][new/old]``: a class that inherits from C under other names, and nothing more."""
+        inner = self._value(node.term)
+        while isinstance(inner, s.Grouped):
+            inner = inner.inner
+        known = inner.name in self.classes or inner.name in self.made if isinstance(inner, s.Reference) else False
+        if not isinstance(inner, s.Reference) or not known or any(map(self._is_local, inner.arguments)):
+            return self.rewritten(node)
+        pairs = tuple(
+            [tuple([NameDeclaration(span=d.span, name=d.name + d.decoration) for d in pair]) for pair in node.renamings]
+        )
+        inherit = s.Inherit(span=node.span, name=inner.name, arguments=inner.arguments, renamings=pairs)  # type: ignore[arg-type]
+        for name, made in self.made.items():
+            if made.inherits == (inherit,):
+                return s.Reference(span=node.span, name=name)
+        name = f"{inner.name}_renamed_{len(self.made)}"
+        self.made[name] = s.Class(span=node.span, name=name, inherits=(inherit,))
+        return s.Reference(span=node.span, name=name)
+
+    def _is_local(self, term: s.Term) -> bool:
+        """Whether a term may speak of names that are not those of the script."""
+        return bool(_names(term) - self.everywhere)
 
     def _poly(self, node: s.Operator) -> s.Term:
         operand = node.operands[0]
@@ -138,7 +183,7 @@ class _Alternatives:
         def part(k: str, field: str) -> s.Term:
             return s.Selection(span=span, record=reference(f"as_{k}"), field=field)
 
-        attributes = dict(self._attributes(first)) if every else {}
+        attributes = self._common(kin, first, every=every)
         said = []
         for attribute in attributes:
             for k in kin:
@@ -163,12 +208,27 @@ class _Alternatives:
             state=s.State(
                 span=span,
                 primary=(declare("kind", reference(kind)), *[declare(f"as_{k}", reference(k)) for k in kin]),
-                secondary=tuple([declare(a, carrier) for a, carrier in attributes.items()]),
+                secondary=tuple([declare(a, _placed(carrier, span)) for a, carrier in attributes.items()]),
                 predicates=tuple(said),
             ),
             initial=s.Initial(span=span, predicates=tuple([part(k, "INIT") for k in kin])),
             operations=tuple(operations),
         )
+
+    def _common(self, kin: Sequence[str], first: str, *, every: bool) -> dict[str, s.Term]:
+        """The attributes that every alternative has, taken from any set that one of them takes them from."""
+        found = dict(self._attributes(first))
+        for other in () if every else kin[1:]:
+            theirs = dict(self._attributes(other))
+            both: dict[str, s.Term] = {}
+            for name, carrier in found.items():
+                if name not in theirs:
+                    continue
+                operands = (carrier, theirs[name])
+                alike = carrier == theirs[name]
+                both[name] = carrier if alike else s.Operator(span=carrier.span, name="union", operands=operands)
+            found = both
+        return found
 
     def _attributes(self, name: str, seen: frozenset[str] = frozenset()) -> Iterator[tuple[str, s.Term]]:
         """The visible variables of a class with what they are taken from, where the script's names tell that."""
@@ -181,7 +241,14 @@ class _Alternatives:
         local = {n for p in tree.paragraphs for n in _declared(p)}
         visible = None if tree.visibility is None else {v.name for v in tree.visibility}
         state = tree.state
-        for declaration in () if state is None else (*state.primary, *state.secondary):
+        constants = [d for p in tree.paragraphs if isinstance(p, s.Axiom) and not p.generics for d in p.declarations]
+        for paragraph in tree.paragraphs:
+            if isinstance(paragraph, s.Abbreviation) and not paragraph.generics:
+                # Its only value.
+                one = s.Display(span=paragraph.body.span, kind="set", items=(paragraph.body,))
+                name_ = s.Declared(span=paragraph.span, name=paragraph.name)
+                constants.append(s.Declare(span=paragraph.span, names=(name_,), carrier=one))
+        for declaration in (*constants, *(() if state is None else (*state.primary, *state.secondary))):
             if _names(declaration.carrier) & (local | set(self.classes)):
                 continue
             for declared in declaration.names:
@@ -201,6 +268,16 @@ class _Alternatives:
             visible = {v.name for v in tree.visibility}
             found = {o: None for o in found if o in visible}
         return found
+
+
+def _placed(value: Any, span: Span) -> Any:
+    """A tree as if it stood at a place, which is where its mistakes are told."""
+    if isinstance(value, tuple):
+        return tuple([_placed(item, span) for item in value])
+    if not isinstance(value, Node):
+        return value
+    changed = {f.name: _placed(getattr(value, f.name), span) for f in fields(value) if f.name != "span"}
+    return replace(value, span=span, **changed)
 
 
 def _declared(paragraph: s.Paragraph) -> Iterator[str]:

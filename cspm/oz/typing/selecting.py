@@ -11,7 +11,7 @@ from cspcheck.cspm.oz.typing import type_messages as messages
 from cspcheck.cspm.oz.typing.everyday import component
 from cspcheck.cspm.oz.typing.fitting import Misfit, fit
 from cspcheck.cspm.oz.typing.identities import POOL, pool_of
-from cspcheck.cspm.oz.typing.scopes import ClassEntry, ObjectEntry, TypingScope, VariableEntry
+from cspcheck.cspm.oz.typing.scopes import ClassEntry, ObjectEntry, SetEntry, TypingScope, VariableEntry
 from cspcheck.cspm.oz.typing.typing_operators import Wrong
 from cspcheck.cspm.oz.values.substitution import substituted
 from cspcheck.cspm.source import Span
@@ -68,7 +68,7 @@ def attribute(
         names = [n.removeprefix(start) for n in scope.names() if n.startswith(start)]
         raise Wrong(messages.no_such_field(node.field, entry.owner, node.span, suggestions(node.field, names)))
     value = reference(s.Reference(span=node.span, name=written, decoration=node.decoration))
-    if index is None or node.field in entry.shared:
+    if index is None or node.field in entry.shared or isinstance(scope.find(written), SetEntry):
         return value
     assert isinstance(value.type, core.FunctionType)
     return Apply(type=value.type.range, operator="apply", operands=(value, index), span=node.span)

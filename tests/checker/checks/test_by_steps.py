@@ -39,6 +39,17 @@ def test_what_is_found_is_a_violation_and_nothing_is_missed(spec: Process, model
         assert not any(explicit.diverges(rows_of(spec), explicit.after(rows_of(spec), each)) for each in prefixes)
 
 
+def test_with_no_event_before_there_are_none_fewer() -> None:
+    """The note is of the events that come before; whatever internal steps do, there are no fewer than none."""
+    system = hidden(then(100, then(100, a, b, STOP)), 100)
+    with patch.multiple(refinement, FIRST_LOOK=1, BEFORE_STEPS=1, _reduced=lambda *_: None):
+        first = checker().check_refinement(then(b, STOP), "T", system)
+        second = checker().check_refinement(then(a, STOP), "T", system)
+    assert [first.verdict, second.verdict] == [Verdict.FAIL] * 2
+    assert first.remarks == ()
+    assert second.remarks == (BY_STEPS,)
+
+
 def test_behind_internal_steps_without_number() -> None:
     tick, length, clocks = 100, 9, 12
     hands: dict[tuple[int, int], Process] = {}

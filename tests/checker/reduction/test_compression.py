@@ -161,11 +161,12 @@ def test_components_of_taus_are_mutually_reachable_states_in_reverse_order(rows:
     most=st.sampled_from((0, 20, 1 << 20)),
     slice_=st.sampled_from((0, 3, 30, 1 << 20)),
     slices=st.sampled_from((1, 1 << 20)),
+    few=st.sampled_from((0, 1 << 20)),
 )
 def test_classes_of_targets_give_the_same_partition_as_all_moves_written_down(
-    rows: Rows, after: bool, most: int, slice_: int, slices: int
+    rows: Rows, after: bool, most: int, slice_: int, slices: int, few: int
 ) -> None:
-    """However much room there is for moves, and however often the kernels come back."""
+    """However much room there is for moves, however often the kernels come back, and whether they sift first."""
     acyclic = [{(a, t) for a, t in row if a != TAU or t < s} for s, row in enumerate(rows)]
     divergent = np.array([s % 3 == 0 for s in range(len(rows))])
     apart = [2 * int(d) + e for d, e in zip(divergent, ended(acyclic), strict=True)]
@@ -174,6 +175,7 @@ def test_classes_of_targets_give_the_same_partition_as_all_moves_written_down(
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(bisimulation, "SLICE", slice_)
         patch.setattr(bisimulation, "SLICES", slices)
+        patch.setattr(bisimulation, "FEW", few)
         found = tau_abstracting_partition(lts(acyclic), divergent, taus_after=after, most=most)
     assert found.tolist() == [list(dict.fromkeys(expected)).index(c) for c in expected]
 

@@ -135,3 +135,11 @@ def test_a_rule_of_refinement_can_be_picked(folder: Path, capsys: pytest.Capture
     assert [line.split()[0] for line in told.splitlines() if "applicability" in line] == ["✗", "✓"]
     assert "invariant preserved" not in told
     assert "correctness" not in told
+
+
+def test_what_is_typed_alone_is_told(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "loop.csp").write_text("class Loop\n  state\n    me : Loop\nend\n")
+    run(["prove", str(folder / "loop.csp")])
+    assert "`Loop` is typed, but cannot be run: an object of `Loop` within itself" in capsys.readouterr().err
+    run(["prove", "-q", str(folder / "loop.csp")])
+    assert capsys.readouterr().err == ""

@@ -160,6 +160,17 @@ def test_a_process_is_no_attribute() -> None:
     assert refusal(text).code == "CSP637"
 
 
+def test_a_constant_of_a_generic_class_is_an_object_for_ever() -> None:
+    text = (
+        "class Cell[X]\n  state held : X\n  op put = [Delta(held); x? : X | held' = x?]\nend\n"
+        "class User\n  const c : Cell[0..2]; most : 0..2 where most = 1; c.held <= most\n"
+        "  state k : 0..1\n  init k = 0 and c.held = 0\n  op put = c.put\nend\n"
+    )
+    for trace, verdict in (("put.1, put.0", "pass"), ("put.2", "fail")):
+        claim = f"User :[has trace]: <{trace}>"
+        assert outcome(f"{text}assert {claim}\n", claim)[0] == verdict
+
+
 PAIR = """class Cell
   state n : 0..2
   init n = 0

@@ -143,3 +143,80 @@ feed \sdef f.eat
 def test_what_has_no_alternatives_is_refused_in_words(state: str, message: str) -> None:
     text = f"{SHAPES}class Stream\n  chan c\n  main = c -> main\nend\nclass C\n  state\n    {state}\nend"
     assert message in refusal(text).message
+
+
+TANKS = """class Tank
+  limit == 2
+  levels == 0..limit
+  state n : 0..2
+  init n = 0
+  op fill = [Delta(n) | n' = n + 1]
+end
+class Cup
+  limit == 1
+  state n : 0..1; stirred : bool
+  init n = 0
+  op fill = [Delta(n) | n' = n + 1]
+end
+class Bath
+  inherit Tank
+end
+class User
+  state x : {carrier}
+  init x.INIT
+  op fill = x.fill
+  op full = [x.n = x.limit]
+end
+"""
+
+
+@pytest.mark.parametrize(
+    ("carrier", "trace", "verdict"),
+    [
+        ("Tank union Cup", "fill, full", "pass"),
+        ("Tank union Cup", "fill, fill, full", "pass"),
+        ("Tank union Cup", "fill, fill, fill", "fail"),
+        ("Tank union Cup", "full", "fail"),
+        ("poly Tank", "fill, fill, full", "pass"),
+        ("poly Tank", "fill, full", "fail"),
+        ("Cup", "fill, full", "pass"),
+        ("Cup", "fill, fill", "fail"),
+    ],
+)
+def test_what_all_alternatives_have_is_an_attribute(carrier: str, trace: str, verdict: str) -> None:
+    claim = f"User :[has trace]: <{trace}>"
+    assert outcome(TANKS.replace("{carrier}", carrier) + f"assert {claim}\n", claim)[0] == verdict
+
+
+def test_what_an_abbreviation_of_a_class_stands_for_is_a_feature_of_its_objects() -> None:
+    user = "class U\n  state t : Tank; f : 0..1 -> Tank\n  init t.INIT\n"
+    user += "  op go = [t.n in t.levels and t.limit = f(0).limit]\nend\n"
+    claim = "U :[has trace]: <go>"
+    assert outcome(TANKS.replace("{carrier}", "Tank") + user + f"assert {claim}\n", claim)[0] == "pass"
+
+
+CELL = """class Cell[X]
+  kind == X
+  state held : X
+  op put = [Delta(held); x? : X | held' = x?]
+end
+Small == Cell[0..2][content/held, store/put]
+Either == Cup union Tank
+class Both
+  state c : Small; d : (Cell[nat][a/held])[b/a]; e : Either
+  init c.content = 0 and d.b = 0 and e.INIT
+  op put = c.store
+  op tell = [y! : 0..2 | y! = c.content and d.b = 0]
+  op fill = e.fill
+end
+"""
+
+
+@pytest.mark.parametrize(
+    ("trace", "verdict"),
+    [("put.2, tell.2", "pass"), ("put.2, tell.1", "fail"), ("fill, fill", "pass"), ("fill, fill, fill", "fail")],
+)
+def test_objects_of_a_class_under_other_names_are_run(trace: str, verdict: str) -> None:
+    claim = f"Both :[has trace]: <{trace}>"
+    text = TANKS.replace("{carrier}", "Tank") + CELL + f"assert {claim}\n"
+    assert outcome(text, claim)[0] == verdict

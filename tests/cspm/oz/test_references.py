@@ -334,3 +334,13 @@ def test_two_parents_with_different_constants_are_a_mistake() -> None:
 )
 def test_the_reason_is_told_in_words_of_the_document(text: str, reason: str) -> None:
     assert elaborated(text).warnings[0].message.split("cannot be run: ")[1].startswith(reason)
+
+
+def test_what_the_flattening_makes_is_called_as_the_document_calls_it() -> None:
+    text = (
+        "Node == Leaf union Fork\nclass Leaf\n  state all : finset Node\nend\n"
+        "class Fork\n  state left : Node; all : finset Node\n  op turn = [left.all = {self}]\nend\n"
+    )
+    told = [w.message for w in elaborated(text).warnings]
+    assert any("an object of `Leaf union Fork` within itself" in message for message in told)
+    assert not any("_or_" in message for message in told)
