@@ -17,7 +17,8 @@ from cspcheck.checker.verdict import BrokenObligation, Counterexample, Outcome, 
 from cspcheck.cspm.diagnostics import ScriptError
 from cspcheck.cspm.oz import core, laws, syntax
 from cspcheck.cspm.oz.processes import classes
-from cspcheck.cspm.oz.typing.messages import unknown_class, unknown_lemma
+from cspcheck.cspm.oz.typing.lemma_messages import unknown_lemma
+from cspcheck.cspm.oz.typing.messages import unknown_class
 from cspcheck.cspm.source import Source, Span
 from cspcheck.cspm.spelling import suggestions
 from cspcheck.cspm.syntax.tree import Assertion, NotAssertion

@@ -7,7 +7,7 @@ from graphlib import CycleError, TopologicalSorter
 
 from cspcheck.cspm.diagnostics import DiagnosticSink
 from cspcheck.cspm.oz import core, laws, syntax as s
-from cspcheck.cspm.oz.typing import messages, type_messages
+from cspcheck.cspm.oz.typing import lemma_messages as messages, type_messages
 from cspcheck.cspm.oz.typing.fitting import unknown_in
 from cspcheck.cspm.oz.typing.scopes import (
     ParameterEntry,

@@ -8,7 +8,8 @@ from cspcheck.cspm.diagnostics import Diagnostic, Label, Severity, mistake
 from cspcheck.cspm.source import Span
 
 
-def _meant(names: Sequence[str]) -> str | None:
+def meant(names: Sequence[str]) -> str | None:
+    """The help that asks whether one of these names was meant; None if there are none."""
     if not names:
         return None
     quoted = [f"`{name}`" for name in names]
@@ -98,7 +99,7 @@ def never_primed(name: str, span: Span, *, bounded: bool) -> Diagnostic:
 def wrong_in_delta(name: str, span: Span, *, secondary: bool, suggested: Sequence[str] = ()) -> Diagnostic:
     """A name in a Delta-list that is no primary variable."""
     what = "a secondary variable: it changes by itself" if secondary else "no state variable"
-    help_ = f"leave `{name}` out of the list" if secondary else _meant(suggested)
+    help_ = f"leave `{name}` out of the list" if secondary else meant(suggested)
     return Diagnostic("CSP642", f"`{name}` in the Delta-list is {what}", span, help=help_)
 
 
@@ -141,7 +142,7 @@ def schema_without_channel(name: str, span: Span, suggested: Sequence[str]) -> D
         "CSP644",
         f"the schema `{name}` belongs to no channel or method of the class",
         span,
-        help=_meant(suggested) or "declare it with `chan` or `method`",
+        help=meant(suggested) or "declare it with `chan` or `method`",
     )
 
 
@@ -181,7 +182,7 @@ def schemas_clash(event: str, first: str, second: str, span: Span, other: Span |
 )
 def parameter_not_of_channel(name: str, channel: str, span: Span, suggested: Sequence[str]) -> Diagnostic:
     """A parameter of a schema that its channel has not."""
-    return Diagnostic("CSP646", f"the channel `{channel}` has no parameter `{name}`", span, help=_meant(suggested))
+    return Diagnostic("CSP646", f"the channel `{channel}` has no parameter `{name}`", span, help=meant(suggested))
 
 
 def parameter_type(name: str, channel: str, found: str, declared: str, span: Span, other: Span) -> Diagnostic:
@@ -311,7 +312,7 @@ def lonely_channel(channel: str, owner: str, span: Span, suggested: Sequence[str
         f"only `{owner}` declares the channel `{channel}`",
         span,
         Severity.WARNING,
-        help=_meant(suggested) or "make it a `method` if it is the class's own, or leave it if the environment uses it",
+        help=meant(suggested) or "make it a `method` if it is the class's own, or leave it if the environment uses it",
     )
 
 
@@ -381,7 +382,7 @@ def no_main(owner: str, names: Sequence[str], span: Span) -> Diagnostic:
         "CSP654",
         f"the class `{owner}` has process equations, but no `main`",
         span,
-        help=_meant(names) or "name the first equation `main`",
+        help=meant(names) or "name the first equation `main`",
     )
 
 
@@ -406,7 +407,7 @@ def cyclic_inheritance(names: Sequence[str], span: Span) -> Diagnostic:
 )
 def unknown_class(name: str, span: Span, suggested: Sequence[str]) -> Diagnostic:
     """A name that is no class."""
-    return Diagnostic("CSP656", f"`{name}` is no class of this script", span, help=_meant(suggested))
+    return Diagnostic("CSP656", f"`{name}` is no class of this script", span, help=meant(suggested))
 
 
 @mistake(
@@ -447,12 +448,12 @@ def inherited_with_another_meaning(name: str, span: Span, other: Span, where: tu
 )
 def not_visible(name: str, owner: str, span: Span, suggested: Sequence[str]) -> Diagnostic:
     """A name in a visibility list that the class does not declare."""
-    return Diagnostic("CSP658", f"the class `{owner}` has nothing called `{name}`", span, help=_meant(suggested))
+    return Diagnostic("CSP658", f"the class `{owner}` has nothing called `{name}`", span, help=meant(suggested))
 
 
 def rename_unknown(name: str, parent: str, span: Span, suggested: Sequence[str]) -> Diagnostic:
     """A renaming of something that the parent does not have."""
-    return Diagnostic("CSP658", f"the class `{parent}` has nothing called `{name}`", span, help=_meant(suggested))
+    return Diagnostic("CSP658", f"the class `{parent}` has nothing called `{name}`", span, help=meant(suggested))
 
 
 @mistake(
@@ -479,7 +480,7 @@ def operation_expression(span: Span) -> Diagnostic:
 
 def no_operation_of_object(name: str, owner: str, span: Span, suggested: Sequence[str]) -> Diagnostic:
     """An operation that the class of an object does not offer."""
-    return Diagnostic("CSP644", f"`{owner}` has no visible operation `{name}`", span, help=_meant(suggested))
+    return Diagnostic("CSP644", f"`{owner}` has no visible operation `{name}`", span, help=meant(suggested))
 
 
 def objects_need_heap(what: str, span: Span) -> Diagnostic:
@@ -515,7 +516,7 @@ def changed_twice(name: str, span: Span) -> Diagnostic:
 
 def unknown_operation(name: str, span: Span, suggested: Sequence[str]) -> Diagnostic:
     """A name in an operation expression that is no operation of the class."""
-    return Diagnostic("CSP644", f"`{name}` is no operation of the class", span, help=_meant(suggested))
+    return Diagnostic("CSP644", f"`{name}` is no operation of the class", span, help=meant(suggested))
 
 
 def operation_cycle(names: Sequence[str], span: Span) -> Diagnostic:
@@ -546,83 +547,3 @@ def wrong_reading(text: str, expected: str, span: Span) -> Diagnostic:
 def recursive_schema(name: str, span: Span) -> Diagnostic:
     """A schema or abbreviation that is declared by itself."""
     return Diagnostic("CSP655", f"`{name}` is declared by itself", span, help="use a free type for recursive data")
-
-
-_LEMMA = "lemma two : forall s, t : seq nat @ #(s ^ t) = #s + #t by induction on {0}\nlemma one : 1 < 2{1}"
-
-
-@mistake(
-    "CSP661",
-    "unknown lemma",
-    explanation=(
-        "What stands behind `using` are lemmas of the class or of the script, and laws of the toolkit by the names "
-        "that the page about proof lists."
-    ),
-    example=_LEMMA.format("s", " using too"),
-    repair=_LEMMA.format("s", " using two"),
-)
-def unknown_lemma(name: str, span: Span, suggested: Sequence[str]) -> Diagnostic:
-    """A name behind ``using`` that no lemma has."""
-    return Diagnostic("CSP661", f"there is no lemma `{name}`", span, help=_meant(suggested))
-
-
-_SUM = "lemma sum : forall m, n : nat @ m + n >= m\nlemma one : forall k : nat @ k + 1 >= k using sum({0})"
-
-
-@mistake(
-    "CSP664",
-    "a lemma is used for what it says nothing of",
-    explanation=(
-        "In brackets behind a lemma stand the values that it is used for: one for each variable that its outermost "
-        "`forall` binds, in that order and of that type. Without brackets it is used for whatever fits."
-    ),
-    example=_SUM.format("k"),
-    repair=_SUM.format("k, 1"),
-)
-def lemma_arguments(name: str, variables: Sequence[str], given: int, span: Span) -> Diagnostic:
-    """Too many values for a lemma, or too few. *variables*: that it is about."""
-    if not variables:
-        told = f"`{name}` begins with no `forall`: it is used without values"
-        return Diagnostic("CSP664", told, span, annotation="no value is needed")
-    shown = ", ".join(f"`{variable}`" for variable in variables)
-    many = f"{len(variables)} values" if len(variables) > 1 else "one value"
-    told = (
-        f"`{name}` is used for {many}, here are {given}" if given > 1 else f"`{name}` is used for {many}, here is one"
-    )
-    return Diagnostic("CSP664", told, span, annotation=f"it says something of all {shown}")
-
-
-def lemma_argument(name: str, variable: str, wanted: str, found: str, span: Span) -> Diagnostic:
-    """A value for a variable of a lemma that is of another type."""
-    told = f"`{variable}` of the lemma `{name}` is of type {wanted}, and this is of type {found}"
-    return Diagnostic("CSP664", told, span, annotation=f"{wanted} is needed")
-
-
-@mistake(
-    "CSP662",
-    "lemmas that use each other",
-    explanation="A lemma may be proved with the help of others only where those are proved without it.",
-    example="lemma one : 1 < 2 using two\nlemma two : 2 < 3 using one",
-    repair="lemma one : 1 < 2 using two\nlemma two : 2 < 3",
-)
-def circular_lemmas(names: Sequence[str], span: Span) -> Diagnostic:
-    """*names*: the lemmas of the circle."""
-    if len(set(names)) == 1:
-        return Diagnostic("CSP662", f"`{names[0]}` is to be proved with itself", span)
-    shown = ", ".join(f"`{name}`" for name in dict.fromkeys(names))
-    return Diagnostic("CSP662", f"these lemmas are to be proved with each other: {shown}", span)
-
-
-@mistake(
-    "CSP663",
-    "induction on what is no variable",
-    explanation=(
-        "A lemma is proved by induction on a variable of its outermost `forall`: a number from some number on, a "
-        "sequence, a finite set or function, or a value of a free type."
-    ),
-    example=_LEMMA.format("u", ""),
-    repair=_LEMMA.format("s", ""),
-)
-def induction_on_nothing(name: str, span: Span) -> Diagnostic:
-    """A name behind ``by induction on`` that the outermost quantifier does not bind."""
-    return Diagnostic("CSP663", f"the lemma says nothing of all `{name}`", span, annotation="not bound by its `forall`")
