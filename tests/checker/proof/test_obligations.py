@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 
 from cspcheck.checker.proof.obligations import OBLIGATIONS
-from tests.checker.proof.classes import cell, findings, told, wrong
+from cspcheck.checker.proof.question import Impossible, Question, SolverSettings
+from cspcheck.checker.proof.solver import Solver
+from tests.checker.proof.classes import cell, findings, prover, told, wrong
 
 GOOD = cell(invariant="n <= 9", effect="n < 9; n' = n + 1")
 
@@ -325,3 +327,38 @@ def test_a_counterexample_may_need_more_elements_than_the_small_scopes_have() ->
 
     assert found.status == "refuted"
     assert found.values["s"].count(",") == 4
+
+
+def test_a_contradiction_that_the_solver_finds_in_one_way_only_proves_nothing() -> None:
+    """Z3 has answered `unsat` here for one seed, at once, though the last seat can be sold."""
+    text = """
+given PERSON
+class Cinema
+  chan book : [s? : 1..20; p? : PERSON]
+  state
+    seat : 1..20 -|-> PERSON
+    free : nat
+  where
+    free = 20 - #seat
+    free > 0
+  init
+    seat = {} and free = 20
+  op book
+    Delta(seat, free)
+    s? : 1..20
+    p? : PERSON
+  where
+    s? notin dom seat
+    seat' = seat (+) {s? |-> p?}
+    free' = free - 1
+end
+"""
+    asked = prover(text)
+    situation, operation = asked.situation, asked.model.operations["book"]
+    premises = [*situation.state(), *situation.inputs(operation), *situation.effect(operation)]
+    premises += situation.carriers("after")
+    parts = (*premises, asked.fails(situation.possible(operation)))
+
+    answer = Solver(asked.specification, asked.model, SolverSettings(seconds=0.5)).ask(Question(parts, proof=0.4))
+
+    assert not isinstance(answer, Impossible)
