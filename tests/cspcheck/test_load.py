@@ -24,11 +24,11 @@ PROGRAM = textwrap.dedent(
     import cspcheck
     import cspcheck.checker.check, cspcheck.cspm.typing.inference
     from cspcheck.checker.kernels import jit, table
-    from tests.checker.kernels.test_machine_code import settle
+    from tests.checker.kernels.test_machine_code import MOVED, move
 
     # Few kernels, so that they compile at once; all that many processes could do to each other is the same.
     whole = jit.MODULES, jit.ENTRIES
-    jit.MODULES, jit.ENTRIES = (table,), {"settle": (), "enter_all": ()}
+    jit.MODULES, jit.ENTRIES = (table,), {"move": (), "enter_all": ()}
     TEXT = '''
     N = 3
     channel a, b : {0..N-1}
@@ -42,7 +42,7 @@ PROGRAM = textwrap.dedent(
 
     def work():
         # To be found in the cache, or to be made by all at the same time.
-        right = settle(jit.kernels(True)) == [-1, 5 << 3 | 2, -1, 0, 0, 9, 0]
+        right = move(jit.kernels(True)) == MOVED
         jit._forms.clear()
         jit.MODULES, jit.ENTRIES = whole  # which small searches interpret
         script = cspcheck.loads(TEXT)
