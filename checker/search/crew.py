@@ -39,7 +39,7 @@ ENVELOPES = 8
 """So many of a worker's may be in the post."""
 RUN_TRANSITIONS = 1 << 22
 """About so many transitions are made at most before limits and the clock are looked at."""
-FIRST_RUN_TRANSITIONS = 1 << 18
+FIRST_RUN_TRANSITIONS = 1 << 20
 """And so many at first, until it is seen whether threads gain anything."""
 MOST_COUNTED = 64
 """Runs are counted up to here."""

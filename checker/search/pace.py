@@ -16,11 +16,11 @@ from statistics import median
 
 GAIN = 1.05
 """Threads go on together while they do more than this many times what one does."""
-TRIAL = 4
+TRIAL = 3
 """Rounds after which it is first seen whether they do."""
 COMPARED = 48
 """Rounds after which one thread does a run in between."""
-PAUSE = 0.5
+PAUSE = 0.25
 """Seconds for which one thread goes on after the first trial that gained nothing; each later time twice as many."""
 LONGEST_PAUSE = 64.0
 TOLD = 1_000
