@@ -58,6 +58,13 @@ class Grouped(Term):
     inner: Term
 
 
+def bare(term: Term) -> Term:
+    """What brackets stand around, however many; a term without brackets itself."""
+    while isinstance(term, Grouped):
+        term = term.inner
+    return term
+
+
 @dataclass(frozen=True, kw_only=True)
 class Operator(Term):
     """An operator of the toolkit applied to its operands: ``a + b``, ``dom f``, ``s ^ t``, ``p and q``, ``r~``.

@@ -33,30 +33,29 @@ def key(node: s.Term) -> str | None:
 
 def facts(node: s.Term) -> Iterator[Fact]:
     """The memberships of references that hold where a predicate does."""
-    stack = [node]
-    while stack:
-        part = stack.pop()
-        match part:
-            case s.Grouped():
-                stack.append(part.inner)
-            case s.Operator(name="and", operands=operands):
-                stack.extend(reversed(operands))
-            case s.Chain(relations=relations, operands=operands):
-                for place, relation in enumerate(relations):
-                    if relation == "in" and key(operands[place]) is not None:
-                        yield operands[place], operands[place + 1]
+    for part in _joined(node, ("and",)):
+        if isinstance(part, s.Chain):
+            for place, relation in enumerate(part.relations):
+                if relation == "in" and key(part.operands[place]) is not None:
+                    yield part.operands[place], part.operands[place + 1]
 
 
 def operation_facts(node: s.Term) -> Iterator[Fact]:
     """The memberships that hold where an operation happens."""
+    for part in _joined(node, ("and", "enrich")):
+        if isinstance(part, s.OperationText):
+            for predicate in part.predicates:
+                yield from facts(predicate)
+
+
+def _joined(node: s.Term, operators: tuple[str, ...]) -> Iterator[s.Term]:
+    """What operators join, from left to right, whatever the brackets."""
     stack = [node]
     while stack:
         part = stack.pop()
-        match part:
-            case s.Grouped():
-                stack.append(part.inner)
-            case s.Operator(name="and" | "enrich", operands=operands):
-                stack.extend(reversed(operands))
-            case s.OperationText(predicates=predicates):
-                for predicate in predicates:
-                    yield from facts(predicate)
+        if isinstance(part, s.Grouped):
+            stack.append(part.inner)
+        elif isinstance(part, s.Operator) and part.name in operators:
+            stack.extend(reversed(part.operands))
+        else:
+            yield part

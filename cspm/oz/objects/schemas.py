@@ -116,7 +116,6 @@ class SchemaCalculus:
 
 def _names(node: s.Term) -> list[s.Reference]:
     """The names in brackets behind a hiding."""
-    while isinstance(node, s.Grouped):
-        node = node.inner
+    node = s.bare(node)
     items = node.items if isinstance(node, s.Display) else (node,)
     return [item for item in items if isinstance(item, s.Reference)]

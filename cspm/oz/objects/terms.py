@@ -361,8 +361,7 @@ class Terms:
 
     def _class(self, operand: s.Term, what: str, scope: Scope) -> Objects:
         """The objects of a class that an operator needs."""
-        while isinstance(operand, s.Grouped):
-            operand = operand.inner
+        operand = s.bare(operand)
         element = self.element(operand, scope)
         if isinstance(element, Open):
             objects = Objects(grows=True)

@@ -50,6 +50,5 @@ def _moved(tree: s.Class, generic: set[str]) -> s.Class:
 
 def _is_object(declaration: s.Declare, generic: set[str]) -> bool:
     carrier = declaration.carrier
-    while isinstance(carrier, s.Grouped):
-        carrier = carrier.inner
+    carrier = s.bare(carrier)
     return isinstance(carrier, s.Reference) and carrier.name in generic and bool(carrier.arguments)

@@ -197,8 +197,7 @@ class _Elaboration:
             assert isinstance(subject.type, core.SetType)
             element = subject.type.element
             carrier = tree.carrier
-            while isinstance(carrier, s.Grouped):
-                carrier = carrier.inner
+            carrier = s.bare(carrier)
             if isinstance(carrier, s.Number):
                 counted = isinstance(
                     element,

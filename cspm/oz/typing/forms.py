@@ -100,8 +100,7 @@ def interval(binders: tuple[Binder, ...], condition: Term, body: Term) -> Term |
 
 def constructor(node: s.Term, scope: TypingScope) -> ConstructorEntry | None:
     """The constructor that a name stands for; None for anything else."""
-    while isinstance(node, s.Grouped):
-        node = node.inner
+    node = s.bare(node)
     entry = scope.find(node.name) if isinstance(node, s.Reference) and not node.decoration else None
     return entry if isinstance(entry, ConstructorEntry) else None
 

@@ -68,8 +68,7 @@ def valued(tree: s.Class, names: frozenset[str]) -> frozenset[str]:
 
 def _class_of(carrier: s.Term, names: frozenset[str]) -> str | None:
     """The class of an attribute, or of a family of them."""
-    while isinstance(carrier, s.Grouped):
-        carrier = carrier.inner
+    carrier = s.bare(carrier)
     if isinstance(carrier, s.Operator) and carrier.name == "fun":
         range_ = carrier.operands[1]
         return range_.name if isinstance(range_, s.Reference) and range_.name in names else None
@@ -135,8 +134,7 @@ def _is_equality(relation: str) -> bool:
 
 def _beneath(record: s.Term, attributes: Mapping[str, str]) -> list[s.Term]:
     """What is mentioned in front of a dot, but for the object itself."""
-    while isinstance(record, s.Grouped):
-        record = record.inner
+    record = s.bare(record)
     match record:
         case s.Reference(name=name) if name in attributes:
             return []

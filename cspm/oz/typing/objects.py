@@ -100,8 +100,7 @@ class Objects:
 
     def _class(self, carrier: s.Term) -> tuple[s.Reference, s.Term | None] | None:
         """The class, and the identities of a family; None for a set of values."""
-        while isinstance(carrier, s.Grouped):
-            carrier = carrier.inner
+        carrier = s.bare(carrier)
         if isinstance(carrier, s.Operator) and carrier.name == "fun":
             found = self._class(carrier.operands[1])
             return None if found is None or found[1] is not None else (found[0], carrier.operands[0])

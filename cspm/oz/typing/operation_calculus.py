@@ -310,8 +310,7 @@ class Calculus:
 
     def _key(self, box: Box, item: s.Term | s.Declared) -> Key:
         """The parameter of an operation that a name with its decoration means."""
-        while isinstance(item, s.Grouped):
-            item = item.inner
+        item = item if isinstance(item, s.Declared) else s.bare(item)
         written = {p.name + SIGNS[p.kind]: (p.name, p.kind) for p in box.parameters}
         if not isinstance(item, s.Reference | s.Declared):
             raise Wrong(messages.operation_expression(item.span))
@@ -593,8 +592,7 @@ def declared_in(parameter: core.Parameter) -> Apply:
 
 def _displayed(carrier: s.Term) -> tuple[s.Term, ...] | None:
     """The elements of a set or sequence that is written out; ``ran <a, b>`` has those of the sequence."""
-    while isinstance(carrier, s.Grouped):
-        carrier = carrier.inner
+    carrier = s.bare(carrier)
     if isinstance(carrier, s.Operator) and carrier.name == "ran":
         return _displayed(carrier.operands[0])
     return carrier.items if isinstance(carrier, s.Display) and carrier.kind in ("set", "sequence") else None

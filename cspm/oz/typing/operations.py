@@ -444,8 +444,7 @@ def _equations(term: s.Term) -> Iterator[tuple[str, Span]]:
     """Equations ``x = e`` for an unprimed name x at the top of a conjunct."""
     if isinstance(term, s.Chain) and term.relations == ("equal",):
         left = term.operands[0]
-        while isinstance(left, s.Grouped):
-            left = left.inner
+        left = s.bare(left)
         if isinstance(left, s.Reference) and left.decoration == "":
             yield left.name, term.span
 

@@ -101,8 +101,7 @@ class _Alternatives:
     def _renamed(self, node: s.Renamed) -> s.Term:
         """``C[T][new/old]``: a class that inherits from C under other names, and nothing more."""
         inner = self._value(node.term)
-        while isinstance(inner, s.Grouped):
-            inner = inner.inner
+        inner = s.bare(inner)
         known = inner.name in self.classes or inner.name in self.made if isinstance(inner, s.Reference) else False
         if not isinstance(inner, s.Reference) or not known or any(map(self._is_local, inner.arguments)):
             return self.rewritten(node)
@@ -123,8 +122,7 @@ class _Alternatives:
 
     def _poly(self, node: s.Operator) -> s.Term:
         operand = node.operands[0]
-        while isinstance(operand, s.Grouped):
-            operand = operand.inner
+        operand = s.bare(operand)
         if not isinstance(operand, s.Reference) or operand.name not in self.classes or operand.arguments:
             self.report(messages.no_alternatives("`poly` is said of what is no class without parameters", node.span))
             return s.Reference(span=node.span, name="nat")
@@ -133,8 +131,7 @@ class _Alternatives:
 
     def _union(self, term: s.Term) -> list[str] | None:
         """The classes of a union of them; None for a union of other sets."""
-        while isinstance(term, s.Grouped):
-            term = term.inner
+        term = s.bare(term)
         if isinstance(term, s.Reference) and term.name in self.classes and not term.arguments:
             return [term.name]
         if isinstance(term, s.Operator) and term.name == "union":

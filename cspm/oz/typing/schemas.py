@@ -200,8 +200,7 @@ class Schemas:
         return _renamed_fields(inner, names)
 
     def _hidden(self, inner: TypedSchema, hidden: s.Term) -> TypedSchema:
-        while isinstance(hidden, s.Grouped):
-            hidden = hidden.inner
+        hidden = s.bare(hidden)
         items = hidden.items if isinstance(hidden, s.Display) else (hidden,)
         fields = {field.name: field for field in inner.fields}
         gone = []
@@ -330,8 +329,7 @@ def _base(name: str) -> str:
 def _is_prefixed(node: s.Application, scope: TypingScope) -> bool:
     """Whether this is ``Delta S``, ``Xi S`` or ``pre S``."""
     function = node.function
-    while isinstance(function, s.Grouped):
-        function = function.inner
+    function = s.bare(function)
     return isinstance(function, s.Reference) and function.name in WORDS and scope.find(function.name) is None
 
 

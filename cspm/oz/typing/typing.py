@@ -450,8 +450,7 @@ class Typing:
 
     def _application(self, node: s.Application, scope: TypingScope, place: PredicatePlace) -> Term:
         function = node.function
-        while isinstance(function, s.Grouped):
-            function = function.inner
+        function = s.bare(function)
         if isinstance(function, s.Reference) and function.decoration == "":
             entry = scope.find(function.name)
             if entry is None and function.name == "theta":
